@@ -20,11 +20,11 @@ use goldtof::cosim::verilated::Verilated;
 use goldtof::cosim::window::Window;
 use goldtof::photons::DetectorModel;
 use goldtof::reference::photons::Photons;
-use goldtof::reference::predictor::Reference;
+use goldtof::reference::predictor::ReferenceModel;
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
-use goldtof::sensor::port::Role;
+use goldtof::sensor::port::PortRole;
 use goldtof::{deliver, scene};
 
 const CLOCKS: u64 = 20_000_000;
@@ -47,7 +47,7 @@ fn compare(file: &str) -> Result<(), Box<dyn Error>> {
     for round in 0..ROUNDS {
         let mut model = Verilated::load(&library, &layout)?;
         let mut ready = vec![0; layout.inputs.words];
-        let field = layout.inputs.field(Role::Ready);
+        let field = layout.inputs.field(PortRole::Ready);
         ready[field.word] = 1 << field.shift;
         let started = Instant::now();
         model.run_bare(&ready, CLOCKS)?;
@@ -56,7 +56,7 @@ fn compare(file: &str) -> Result<(), Box<dyn Error>> {
         let mut model = Verilated::load(&library, &layout)?;
         let outcome = Lockstep {
             model: &mut model,
-            reference: &mut Reference::new(interface.clone())?,
+            reference: &mut ReferenceModel::new(interface.clone())?,
             stimulus: &mut Photons::new(&detectors, &interface, round as u64),
             layout: &layout,
             window: Window::Found,

@@ -16,18 +16,18 @@ use std::time::Instant;
 
 use goldtof::cosim::TOP;
 use goldtof::cosim::build::{build, cache_dir};
-use goldtof::cosim::lanes::Prepared;
+use goldtof::cosim::lanes::PreparedLanes;
 use goldtof::cosim::lockstep::Lockstep;
 use goldtof::cosim::source::sources_of;
 use goldtof::cosim::verilated::Verilated;
 use goldtof::photons::DetectorModel;
 use goldtof::reference::photons::Photons;
-use goldtof::reference::predictor::Reference;
+use goldtof::reference::predictor::ReferenceModel;
 use goldtof::reference::stimulus::clocks_for_scans;
 use goldtof::scene::DetectorIndex;
 use goldtof::sensor::Sensor;
 use goldtof::sensor::layout::Layout;
-use goldtof::sensor::port::Role;
+use goldtof::sensor::port::PortRole;
 use goldtof::{deliver, scene};
 
 const CLOCKS: u64 = 20_000_000;
@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scan = clocks_for_scans(interface, 1);
     let cache = cache_dir()?;
     let started = Instant::now();
-    let prepared = Prepared::new(TOP, &sources, interface, scan, &cache)?;
+    let prepared = PreparedLanes::new(TOP, &sources, interface, scan, &cache)?;
     println!("lanes prepared in {:.2} s", started.elapsed().as_secs_f64());
     let library = build(TOP, &sources, interface, &cache)?;
     let detectors = [DetectorModel::new(&sensor, DetectorIndex(0))];
@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for round in 0..ROUNDS as u64 {
         let mut model = Verilated::load(&library, &layout)?;
         let mut ready = vec![0; layout.inputs.words];
-        let field = layout.inputs.field(Role::Ready);
+        let field = layout.inputs.field(PortRole::Ready);
         ready[field.word] = 1 << field.shift;
         let started = Instant::now();
         model.run_bare(&ready, CLOCKS)?;
@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
         let outcome = Lockstep {
             model: &mut Verilated::load(&library, &layout)?,
-            reference: &mut Reference::new(interface.clone())?,
+            reference: &mut ReferenceModel::new(interface.clone())?,
             stimulus: &mut Photons::new(&detectors, interface, round),
             layout: &layout,
             window: goldtof::cosim::window::Window::Found,

@@ -15,7 +15,7 @@ use std::time::Instant;
 use goldtof::photons::DetectorModel;
 use goldtof::reference::blocks::{Block, BlockMaker};
 use goldtof::reference::photons::Photons;
-use goldtof::reference::predictor::Reference;
+use goldtof::reference::predictor::ReferenceModel;
 use goldtof::scene;
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Interface;
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let interface = Interface::of(&scene);
         let layout = Layout::of(&interface);
         let detectors = [DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0))];
-        let mut reference = Reference::new(interface.clone())?;
+        let mut reference = ReferenceModel::new(interface.clone())?;
         let mut photons = Photons::new(&detectors, &interface, round as u64);
         let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, CLOCKS);
         let mut block = Block::default();

@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use goldtof::cosim::build::{Built, build, cache_dir, file_identity};
 use goldtof::cosim::error::CosimError;
-use goldtof::cosim::lanes::{Prepared, Refusal};
+use goldtof::cosim::lanes::{LaneRefusal, PreparedLanes};
 use goldtof::cosim::source::{SourceFile, Verilog, sources_of};
 use goldtof::cosim::verilated::Verilated;
 use goldtof::cosim::{CosimOptions, Cosimulation, TOP, cosimulate};
@@ -121,8 +121,8 @@ impl Scan {
         build(TOP, &self.sources, self.sensor.interface(), &self.cache)
     }
 
-    fn prepared(&self) -> Result<Prepared, Refusal> {
-        Prepared::new(TOP, &self.sources, self.sensor.interface(), self.clocks, &self.cache)
+    fn prepared(&self) -> Result<PreparedLanes, LaneRefusal> {
+        PreparedLanes::new(TOP, &self.sources, self.sensor.interface(), self.clocks, &self.cache)
     }
 
     fn cosimulation(&self) -> Result<Vec<Part>, Box<dyn Error>> {
@@ -217,7 +217,7 @@ impl Scan {
     fn bare_s(&self) -> Result<f64, Box<dyn Error>> {
         let layout = Layout::of(self.sensor.interface());
         let mut ready = vec![0; layout.inputs.words];
-        let field = layout.inputs.field(goldtof::sensor::port::Role::Ready);
+        let field = layout.inputs.field(goldtof::sensor::port::PortRole::Ready);
         ready[field.word] = 1 << field.shift;
         let built = self.built()?;
         let bare =

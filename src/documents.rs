@@ -18,7 +18,7 @@ documents! {
     crate::simulate::pulses::PulsesReport = "pulses";
     crate::simulate::repeat::Simulation = "simulate";
     crate::simulate::track::TrackReport = "track";
-    crate::study::architectures::Comparison = "compare-architectures";
+    crate::study::architectures::ArchitectureComparison = "compare-architectures";
     crate::study::fidelity::FidelityReport = "fidelity";
     crate::study::limits::Limits = "explain";
     crate::study::reproduce::Reproduction = "reproduce";

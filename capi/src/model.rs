@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ffi::{CString, c_char};
 use std::sync::Mutex;
 
-use goldtof::batch::{self, HostInputs, Inputs, Model};
+use goldtof::batch::{self, BatchInputs, HostInputs, Model};
 
 use crate::border::{array, call, free, handle, locked, new_handle, status_of};
 use crate::scene::SceneHandle;
@@ -240,7 +240,7 @@ pub unsafe extern "C" fn goldtof_model_clock_hosted(
         let driven: Vec<HostInputs> = driven.iter().map(Host::inputs).collect();
         // SAFETY: the caller's word.
         let inputs = unsafe {
-            Inputs {
+            BatchInputs {
                 samples: array(samples, words, "the array of samples")?,
                 reset: array(reset, given(reset.is_null()), "the array of resets")?,
                 ready: array(ready, given(ready.is_null()), "the array of ready")?,

@@ -4,18 +4,18 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use goldtof::batch::{HostInputs, Inputs, Model};
+use goldtof::batch::{BatchInputs, HostInputs, Model};
 use goldtof::photons::Pulse;
 use goldtof::reference::blocks::{Block, BlockMaker};
 use goldtof::reference::host_ports::HostClocks;
-use goldtof::reference::predictor::Reference;
+use goldtof::reference::predictor::ReferenceModel;
 use goldtof::reference::stimulus::{Drive, Stimulus};
 use goldtof::scan::{Sample, Sampling};
 use goldtof::scene;
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
-use goldtof::sensor::port::Role;
+use goldtof::sensor::port::PortRole;
 
 const CLOCKS: u64 = 40_000;
 
@@ -103,7 +103,7 @@ impl Stimulus for Noise {
 /// sees a word, expects of them.
 fn driven(sensor: &Sensor) -> (Vec<u64>, Vec<u64>) {
     let layout = Layout::of(sensor.interface());
-    let mut reference = Reference::new(sensor.interface().clone()).unwrap();
+    let mut reference = ReferenceModel::new(sensor.interface().clone()).unwrap();
     let mut noise = Noise::of(sensor.interface());
     let mut maker = BlockMaker::new(&mut reference, &mut noise, &layout, CLOCKS);
     let (mut inputs, mut expected) = (Vec::new(), Vec::new());
@@ -143,12 +143,12 @@ fn batches_of_any_size_give_what_cosimulation_expects() {
             let field = layout.inputs.field(name);
             records.iter().map(|r| field.low_word(r) as u8).collect()
         };
-        let (reset, ready): (Vec<u8>, Vec<u8>) = (level(Role::Reset), level(Role::Ready));
+        let (reset, ready): (Vec<u8>, Vec<u8>) = (level(PortRole::Reset), level(PortRole::Ready));
         assert_eq!(reset.iter().map(|&r| u64::from(r)).sum::<u64>(), 4 + 2 + 1 + 1111);
         let samples: Vec<u64> = records
             .iter()
             .flat_map(|record| {
-                let field = layout.inputs.field(Role::Samples);
+                let field = layout.inputs.field(PortRole::Samples);
                 (0..detectors as u32).map(|d| field.bits(record, d * lanes, lanes))
             })
             .collect();
@@ -161,7 +161,7 @@ fn batches_of_any_size_give_what_cosimulation_expects() {
             let (mut all, mut outputs, mut results) = (Vec::new(), Vec::new(), 0);
             for from in (0..records.len()).step_by(size) {
                 let to = (from + size).min(records.len());
-                let inputs = Inputs {
+                let inputs = BatchInputs {
                     samples: &samples[from * detectors..to * detectors],
                     reset: &reset[from..to],
                     ready: &ready[from..to],

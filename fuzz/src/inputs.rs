@@ -12,7 +12,7 @@ use goldtof::cosim::ports as rtl_ports;
 use goldtof::scene::{Scene, SceneErrors, parse};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::port::Port;
-use goldtof::sensor::port::Role;
+use goldtof::sensor::port::PortRole;
 use goldtof::{deliver, plan, report};
 
 /// One kind of input.
@@ -206,7 +206,7 @@ pub fn ports(data: &[u8]) {
         .iter()
         .filter_map(|port| {
             let (name, direction) = (port.name.clone(), port.direction?);
-            Some(Port { name, direction, ..Role::Samples.port(port.width) })
+            Some(Port { name, direction, ..PortRole::Samples.port(port.width) })
         })
         .collect();
     for difference in rtl_ports::differences(&wanted, &found) {

@@ -28,7 +28,7 @@ pub struct SlowLine {
 /// Scans whose results are added up between core and bridge (`hdl/bridge/result_accumulator.v`), and the
 /// memory that this takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sums {
+pub struct ScanSums {
     /// Scans of a sum, 2 or more.
     pub scans: u32,
     /// Results of a scan, all detectors together.
@@ -50,16 +50,16 @@ const ADDRESS_BITS: u32 = 10;
 
 /// What a bridge has at its other end, and in its device.
 #[derive(Debug, Clone, Copy)]
-pub struct Line {
+pub struct SerialLine {
     /// How fast it is.
     pub pace: Pace,
     /// The device's block RAM.
     pub block_ram: BlockRam,
 }
 
-impl Sums {
+impl ScanSums {
     /// Those of a scene, if it has some that the bridge can make.
-    pub fn of(interface: &Interface, pace: Pace) -> Option<Sums> {
+    pub fn of(interface: &Interface, pace: Pace) -> Option<ScanSums> {
         let one = Interface { accumulate: 1, ..interface.clone() };
         let scan = scans(&one, Sent::Results)?;
         if interface.accumulate < 2 || !RESULTS_OF_SUMS.contains(&scan.results) {
@@ -70,7 +70,7 @@ impl Sums {
         let left = 1.0 / Scans { layout: sum, ..scan }.load(pace).share();
         let waiting = scan.results as f64 * (1.0 - left).max(0.0);
         let held = waiting as u64 + 2 * MOST_RESULTS_OF_A_FRAME;
-        Some(Sums {
+        Some(ScanSums {
             scans: interface.accumulate,
             results: scan.results,
             one: scan.layout,
@@ -166,7 +166,7 @@ pub fn scans(interface: &Interface, sent: Sent) -> Option<Scans> {
 pub fn check_line(
     interface: &Interface,
     sent: Sent,
-    line: &Line,
+    line: &SerialLine,
 ) -> Result<Option<Load>, SlowLine> {
     let Some(scans) = scans(interface, sent) else { return Ok(None) };
     scans
@@ -178,7 +178,7 @@ pub fn check_line(
 
 /// The fewest scans whose sums the line carries and the device has memory for; `None` where there are none,
 /// or where the scene has no place for the key.
-fn accumulated(interface: &Interface, line: &Line) -> Option<u32> {
+fn accumulated(interface: &Interface, line: &SerialLine) -> Option<u32> {
     let correlator = interface.correlator()?;
     if interface.registers.is_some() || correlator.saturates() {
         return None;
@@ -190,13 +190,13 @@ fn accumulated(interface: &Interface, line: &Line) -> Option<u32> {
         summed.accumulate = scans_of_sum;
         let fits = scans(&summed, Sent::Results)
             .is_some_and(|scans| scans.load(line.pace).check().is_ok());
-        fits && Sums::of(&summed, line.pace)
+        fits && ScanSums::of(&summed, line.pace)
             .is_some_and(|sums| sums.blocks(&line.block_ram) <= line.block_ram.blocks)
     })
 }
 
 /// What would fit into a line that is too slow.
-fn advice(interface: &Interface, load: Load, line: &Line) -> String {
+fn advice(interface: &Interface, load: Load, line: &SerialLine) -> String {
     let stretch = load.stretch();
     let timing = &interface.timing;
     let integration_us = timing.integration_ps() * 1e-6 * stretch;
@@ -343,14 +343,14 @@ pub fn bridge_parameters(
 mod tests {
     use std::path::Path;
 
-    use goldtof_sensor::scene::Target;
+    use goldtof_sensor::scene::FpgaTarget;
     use goldtof_sensor::sensor::block_ram::block_ram;
 
     use super::*;
 
-    const LINE: Line = Line {
+    const LINE: SerialLine = SerialLine {
         pace: Pace { baud: 3_000_000, clocks_per_bit: 30 },
-        block_ram: block_ram(Target::Ecp525k6),
+        block_ram: block_ram(FpgaTarget::Ecp525k6),
     };
 
     /// The interface of a standard scene with other keys.
@@ -399,7 +399,7 @@ mod tests {
         // Frames of 255 sums of 18 bits have 588 bytes; 16 steps take 6 code periods of 2,047 chips, twice.
         let results_per_s = 16.0 / (2.0 * 12_282.0 * 8e-9);
         assert!((load.share() - results_per_s / 255.0 * 5_880.0 / 3e6).abs() < 0.001, "{load:?}");
-        let sums = Sums::of(&summed, LINE.pace).expect("there are sums");
+        let sums = ScanSums::of(&summed, LINE.pace).expect("there are sums");
         // |count| <= 2 x 49,128 < 2^17, and a sign.
         assert_eq!((sums.sum.count_bits, sums.results), (18, 16_376));
         // Of a scan's 16,376 sums the line carries 80 % while they come: 3,290 and two frames wait, in 4,096.
@@ -407,7 +407,7 @@ mod tests {
         // 18 blocks of 16,384 x 1, five of 4,096 x 4.
         assert_eq!(sums.blocks(&LINE.block_ram), 18 + 5);
         // Where the device has fewer, the key is not named.
-        let small = Line { block_ram: LINE.block_ram.of_device("DP16KD", 22), ..LINE };
+        let small = SerialLine { block_ram: LINE.block_ram.of_device("DP16KD", 22), ..LINE };
         let error = check_line(&interface("paper-single.toml", &sixteen), Sent::Results, &small)
             .unwrap_err();
         assert!(!error.advice.contains("accumulate"), "{error}");

@@ -98,7 +98,7 @@ pub fn expand(about: TokenStream, item: TokenStream) -> Result<TokenStream> {
 
         #logic
 
-        impl Inputs for #block {
+        impl BlockInputs for #block {
             fn set(&mut self, port: &str, value: u128) {
                 let _ = (port, value);
                 #(self.#inputs.set_if(stringify!(#inputs), port, value);)*

@@ -15,7 +15,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use goldtof::batch::{Inputs, Model, PortValues};
+use goldtof::batch::{BatchInputs, Model, PortValues};
 use goldtof::sensor::Sensor;
 
 const CLOCKS: usize = 10_000_000;
@@ -104,7 +104,7 @@ fn in_rust(scene: &Path, samples: &[u8], with_ports: bool) -> Result<(f64, usize
     let mut words = vec![vec![0; clocks]; wide.len()];
     for first in (0..samples.len()).step_by(BLOCK) {
         let block = first..(first + BLOCK).min(samples.len());
-        let inputs = Inputs {
+        let inputs = BatchInputs {
             samples: &samples[block.clone()],
             reset: &reset[block],
             ready: &[],

@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use goldtof::histogram::Histogram;
 use goldtof::recorded::{
-    Assessment, Recorded, RecordedHistogram, RecordedScan, assess, assess_histogram, read_recorded,
+    Assessment, RecordedCounts, RecordedHistogram, RecordedScan, assess, assess_histogram,
+    read_recorded,
 };
 use goldtof::scene::Scene;
 use numpy::PyReadonlyArray2;
@@ -141,7 +142,7 @@ pub(crate) fn _recorded<'py>(
     };
     let told = PyDict::new(python);
     match read_recorded(&path, &sensor).map_err(failed)? {
-        Recorded::Scans(scans) => {
+        RecordedCounts::Scans(scans) => {
             let scan = scans.iter().find(|scan| scan.detector == detector).ok_or_else(missing)?;
             let counts = || scan.counts.iter();
             let signed = counts().map(|count| count.signed);
@@ -151,7 +152,7 @@ pub(crate) fn _recorded<'py>(
                 told.set_item("total", PyArray1::from_iter(python, totals))?;
             }
         }
-        Recorded::Histograms(histograms) => {
+        RecordedCounts::Histograms(histograms) => {
             let one = histograms.iter().find(|one| one.detector == detector);
             let bins = one.ok_or_else(missing)?.histogram.bins();
             told.set_item("bins", PyArray1::from_slice(python, bins))?;

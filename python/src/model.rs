@@ -1,7 +1,7 @@
 //! The reference model in batches, numpy in and out.
 
-use goldtof::batch::{self, HostInputs, Inputs, Model, PortValues, StepResult};
-use goldtof::sensor::port::{Role, Use};
+use goldtof::batch::{self, BatchInputs, HostInputs, Model, PortValues, StepResult};
+use goldtof::sensor::port::{PortRole, Use};
 use numpy::{PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArray1, PyReadwriteArray2};
 
 use crate::guarded::Guarded;
@@ -96,7 +96,7 @@ fn driven(ports: Option<&Bound<'_, PyDict>>, clocks: usize) -> PyResult<Vec<Host
     let mut host = vec![HostInputs::default(); clocks];
     for (name, array) in ports {
         let name: String = name.extract()?;
-        let Some(role) = Role::of(&name).filter(|role| role.usage() == Use::Host) else {
+        let Some(role) = PortRole::of(&name).filter(|role| role.usage() == Use::Host) else {
             return Err(bad_argument(format!(
                 "host has {name}, which is no port that a host drives: those are s_axil_awaddr, s_axil_awvalid, \
                  s_axil_wdata, s_axil_wstrb, s_axil_wvalid, s_axil_bready, s_axil_araddr, s_axil_arvalid and \
@@ -173,7 +173,7 @@ impl OpenModel {
     ) -> PyResult<()> {
         let inputs = self.model.interface().inputs();
         let [reset, ready] = levels;
-        let whole = Inputs { samples, reset, ready, host };
+        let whole = BatchInputs { samples, reset, ready, host };
         // All of it before any of it: a refused batch changes nothing.
         let clocks = python.detach(|| self.model.check(&whole)).map_err(bad_argument)?;
         for first in (0..clocks).step_by(BLOCK * BLOCKS_BETWEEN_SIGNALS) {
@@ -184,7 +184,7 @@ impl OpenModel {
                     for from in (first..end).step_by(BLOCK) {
                         let to = (from + BLOCK).min(end);
                         // Of an input that is not given there are none.
-                        let inputs = Inputs {
+                        let inputs = BatchInputs {
                             samples: &samples[from * inputs..to * inputs],
                             reset: reset.get(from..to).unwrap_or(&[]),
                             ready: ready.get(from..to).unwrap_or(&[]),

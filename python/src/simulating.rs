@@ -2,14 +2,14 @@
 
 use goldtof::SimulateOptions;
 use goldtof::cosim::engine::Engine;
-use goldtof::estimate::estimator::Counted;
+use goldtof::estimate::estimator::EstimatorInput;
 use goldtof::estimate::report::Reporter;
 use goldtof::photons::DetectorModel;
 use goldtof::recorded::expected_bins;
 use goldtof::response::{CountMoments, MeanResponse, SecondMoments};
 use goldtof::scene::Architecture;
 use goldtof::simulate::Tier;
-use goldtof::simulate::scans::Prepared;
+use goldtof::simulate::scans::PreparedTier;
 use numpy::{PyArray2, PyArrayMethods};
 
 use crate::arguments::{self, MOST_REPETITIONS, tier, within};
@@ -141,18 +141,18 @@ pub(crate) fn scans<'py>(
     let is_histogram = scene.hardware.architecture == Architecture::Histogram;
     let (signed, total, bins) = wait_for(python, on_progress, move |watch| {
         let sensor = Sensor::new(&scene);
-        let prepared = Prepared::new(&sensor, tier, Engine::Auto).map_err(of_scans)?;
+        let prepared = PreparedTier::new(&sensor, tier, Engine::Auto).map_err(of_scans)?;
         let (mut signed, mut total, mut bins) = (Vec::new(), Vec::new(), Vec::new());
         let mut done = 0;
         let taken = prepared.scans(&sensor, detector, seed, 0..repetitions, &mut |counted| {
             done += 1;
             watch.progress(done, repetitions);
             match counted {
-                Counted::Steps(counts) => {
+                EstimatorInput::Steps(counts) => {
                     signed.extend(counts.iter().map(|count| count.signed));
                     total.extend(counts.iter().map(|count| count.total));
                 }
-                Counted::Bins(histogram) => bins.extend_from_slice(histogram.bins()),
+                EstimatorInput::Bins(histogram) => bins.extend_from_slice(histogram.bins()),
             }
         });
         taken.map_err(of_scans)?;

@@ -13,7 +13,7 @@ pub enum ExactNumber {
 }
 
 /// Numbers, as JSON has them and back.
-pub trait Numbers: Sized {
+pub trait ExactNumbers: Sized {
     /// What JSON has.
     type Told: Serialize + DeserializeOwned;
     /// For JSON.
@@ -22,7 +22,7 @@ pub trait Numbers: Sized {
     fn read(told: Self::Told) -> Option<Self>;
 }
 
-impl Numbers for f64 {
+impl ExactNumbers for f64 {
     type Told = ExactNumber;
 
     fn tell(&self) -> ExactNumber {
@@ -41,7 +41,7 @@ impl Numbers for f64 {
     }
 }
 
-impl<N: Numbers> Numbers for Option<N> {
+impl<N: ExactNumbers> ExactNumbers for Option<N> {
     type Told = Option<N::Told>;
 
     fn tell(&self) -> Self::Told {
@@ -53,7 +53,7 @@ impl<N: Numbers> Numbers for Option<N> {
     }
 }
 
-impl<N: Numbers> Numbers for [N; 2] {
+impl<N: ExactNumbers> ExactNumbers for [N; 2] {
     type Told = [N::Told; 2];
 
     fn tell(&self) -> Self::Told {
@@ -66,12 +66,12 @@ impl<N: Numbers> Numbers for [N; 2] {
 }
 
 /// Writes numbers.
-pub fn serialize<N: Numbers, S: Serializer>(numbers: &N, to: S) -> Result<S::Ok, S::Error> {
+pub fn serialize<N: ExactNumbers, S: Serializer>(numbers: &N, to: S) -> Result<S::Ok, S::Error> {
     numbers.tell().serialize(to)
 }
 
 /// Reads numbers.
-pub fn deserialize<'de, N: Numbers, D: Deserializer<'de>>(from: D) -> Result<N, D::Error> {
+pub fn deserialize<'de, N: ExactNumbers, D: Deserializer<'de>>(from: D) -> Result<N, D::Error> {
     let unknown = || serde::de::Error::custom("a text is no number but inf, -inf or NaN");
     N::read(N::Told::deserialize(from)?).ok_or_else(unknown)
 }

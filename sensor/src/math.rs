@@ -74,7 +74,7 @@ impl NormalLaw {
 
 /// Mean and scatter of a sample.
 #[derive(Debug, Clone, Copy)]
-pub struct Sample {
+pub struct SampleStatistics {
     /// How many values there are.
     pub number: f64,
     /// Their mean; not a number of none.
@@ -85,14 +85,19 @@ pub struct Sample {
     pub fourth: f64,
 }
 
-impl Sample {
+impl SampleStatistics {
     /// Of these values.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Sample {
+    pub fn of(values: impl IntoIterator<Item = f64>) -> SampleStatistics {
         let values: Vec<f64> = values.into_iter().collect();
         let number = values.len() as f64;
         let mean = values.iter().sum::<f64>() / number;
         let power = |p: i32| values.iter().map(|v| (v - mean).powi(p)).sum::<f64>();
-        Sample { number, mean, variance: power(2) / (number - 1.0), fourth: power(4) / number }
+        SampleStatistics {
+            number,
+            mean,
+            variance: power(2) / (number - 1.0),
+            fourth: power(4) / number,
+        }
     }
 
     /// Standard error of the mean.
@@ -268,7 +273,7 @@ mod tests {
 
     #[test]
     fn a_sample_is_held_against_its_expectation() {
-        let sample = Sample::of([1.0, 3.0, 5.0, 7.0]);
+        let sample = SampleStatistics::of([1.0, 3.0, 5.0, 7.0]);
         // Deviations 3, 1, 1, 3: 20 / 3; its quarter's root.
         assert_eq!((sample.mean, sample.variance), (4.0, 20.0 / 3.0));
         assert_eq!(sample.fourth, (81.0 + 1.0) / 2.0);

@@ -50,7 +50,7 @@ macro_rules! commands {
         pub(super) enum Commands { $($(#[$about])* $name($arguments),)* }
 
         impl Command for Commands {
-            fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+            fn run(&self, seed: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
                 match self { $(Commands::$name(arguments) => arguments.run(seed, output),)* }
             }
         }
@@ -125,7 +125,7 @@ pub(super) struct ManArguments {
 }
 
 impl Command for SceneArgument {
-    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, _: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let sensor = self.sensor(output)?;
         let overview = overview(&sensor);
         output.answer(
@@ -137,7 +137,7 @@ impl Command for SceneArgument {
 }
 
 impl Command for CodeSpec {
-    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, _: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let report = report(self)?;
         output.answer(None, &report, &report.to_text())
     }

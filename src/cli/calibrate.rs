@@ -34,7 +34,7 @@ pub(super) struct Calibration {
 }
 
 impl Command for CalibrateArguments {
-    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, _: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let sensor = Sensor::new(&self.scene.read()?.scene()?);
         let scene = sensor.scene();
         let file = CountsFile::read(&self.counts)?;

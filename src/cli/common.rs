@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::Args;
 
-use super::output::{Ending, Output};
+use super::output::{CommandOutput, Ending};
 use crate::code::{Family, Generator, MOST_HARDWARE_DEGREE};
 use crate::cosim::MOST_CLOCKS;
 use crate::estimate::folded;
@@ -15,7 +15,7 @@ use crate::plan::link::LinkBudget;
 use crate::printable::{printable, printable_path, shell_word};
 use crate::scene::{DetectorIndex, PathIndex, SceneErrors, SceneText, Setting};
 use crate::sensor::Sensor;
-use crate::shard::Part;
+use crate::shard::JobPart;
 
 #[derive(Debug, Args)]
 pub(super) struct SceneArgument {
@@ -32,7 +32,7 @@ impl SceneArgument {
     ///
     /// # Errors
     /// If it cannot be read, and everything that is wrong with it.
-    pub fn sensor(&self, output: &Output) -> Result<Sensor, SceneErrors> {
+    pub fn sensor(&self, output: &CommandOutput) -> Result<Sensor, SceneErrors> {
         let sensor = Sensor::new(&self.read()?.scene()?);
         warn(&sensor, output);
         Ok(sensor)
@@ -61,9 +61,9 @@ impl SceneArgument {
 }
 
 /// Which part of the work, and where it goes.
-pub(super) struct Order<'a> {
+pub(super) struct ShardOrder<'a> {
     /// Which part.
-    pub part: Part,
+    pub part: JobPart,
     /// The folder of the job's shards is in this one.
     pub out: &'a Path,
 }
@@ -83,7 +83,7 @@ pub(super) struct ShardArguments {
     /// Do one of N shards of the work, for `goldtof merge` to join: --shard 3/20, or
     /// --shard task/20 in an array job (Slurm, HyperQueue)
     #[arg(long, value_name = "I/N", value_parser = parse_shard, requires = "out")]
-    pub shard: Option<Part>,
+    pub shard: Option<JobPart>,
     /// Folder for the shards; created if missing, for example --out out/many
     #[arg(long, value_name = "DIR", requires = "shard")]
     pub out: Option<PathBuf>,
@@ -91,9 +91,9 @@ pub(super) struct ShardArguments {
 
 impl ShardArguments {
     /// Which part, and where it goes, if only a part is asked for.
-    pub fn order(&self) -> Option<Order<'_>> {
+    pub fn order(&self) -> Option<ShardOrder<'_>> {
         let (part, out) = (self.shard?, self.out.as_deref()?);
-        Some(Order { part, out })
+        Some(ShardOrder { part, out })
     }
 }
 
@@ -126,7 +126,7 @@ impl VcdWindow {
 /// What a command line asks for.
 pub(super) trait Command {
     /// Does it, with the seed of all random numbers.
-    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending>;
+    fn run(&self, seed: u64, output: &CommandOutput) -> anyhow::Result<Ending>;
 }
 
 /// Longest time that can be asked for: 1000 days.
@@ -154,8 +154,8 @@ pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
 }
 
 /// `--shard`, which may ask for the number of the present task.
-pub(super) fn parse_shard(text: &str) -> Result<Part, String> {
-    Part::parse(text, |name| std::env::var(name).ok())
+pub(super) fn parse_shard(text: &str) -> Result<JobPart, String> {
+    JobPart::parse(text, |name| std::env::var(name).ok())
 }
 
 /// Primary detections in a dead time from which a detector counts as saturated: it is ready for
@@ -163,14 +163,14 @@ pub(super) fn parse_shard(text: &str) -> Result<Part, String> {
 const SATURATED: f64 = 10.0;
 
 /// Warns of what the sensor that a scene describes hardly can do.
-pub(super) fn warn(sensor: &Sensor, output: &Output) {
+pub(super) fn warn(sensor: &Sensor, output: &CommandOutput) {
     tell_pixel(sensor, output);
     warn_of_far_paths(sensor, output);
     warn_of_saturation(sensor, output);
 }
 
 /// Tells which pixel of an array it is.
-fn tell_pixel(sensor: &Sensor, output: &Output) {
+fn tell_pixel(sensor: &Sensor, output: &CommandOutput) {
     let Some(array) = &sensor.scene().array else { return };
     let (row, column, lens) = (array.row, array.column, &array.lens);
     let dark = match sensor.scene().own_paths(DetectorIndex(0)).next() {
@@ -185,7 +185,7 @@ fn tell_pixel(sensor: &Sensor, output: &Output) {
 }
 
 /// Warns of detectors that the light of one path keeps blind.
-fn warn_of_saturation(sensor: &Sensor, output: &Output) {
+fn warn_of_saturation(sensor: &Sensor, output: &CommandOutput) {
     let scene = sensor.scene();
     for index in PathIndex::of(&scene.paths) {
         let path = &scene.paths[index];
@@ -207,7 +207,7 @@ fn warn_of_saturation(sensor: &Sensor, output: &Output) {
 }
 
 /// Warns of paths beyond the unambiguous range; whether there are any.
-pub(super) fn warn_of_far_paths(sensor: &Sensor, output: &Output) -> bool {
+pub(super) fn warn_of_far_paths(sensor: &Sensor, output: &CommandOutput) -> bool {
     for (path, folded) in far_paths(sensor) {
         let advice = longer_code(sensor, path)
             .map_or(String::new(), |degree| format!("; codes of degree {degree} reach that far"));

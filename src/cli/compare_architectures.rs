@@ -17,7 +17,7 @@ pub(super) struct CompareArchitecturesArguments {
 }
 
 impl Command for CompareArchitecturesArguments {
-    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, _: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let sensor = self.scene.sensor(output)?.summed();
         // Before the work, so that a folder that cannot be had is told at once.
         let folder = output.folder_if(self.out.as_deref())?;

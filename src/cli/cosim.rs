@@ -17,7 +17,7 @@ use crate::door::{EmitOptions, cosim};
 use crate::files::check_target;
 use crate::photons::Pulse;
 use crate::progress::Progress;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof cosim scenes/quick.toml --rtl rtl --stimulus adversarial")]
@@ -52,7 +52,7 @@ pub(super) struct CosimArguments {
 }
 
 impl Command for CosimArguments {
-    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, seed: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         if let Some(board) = self.board {
             return check_board(self, board, seed, output);
         }
@@ -94,7 +94,7 @@ fn check_board(
     arguments: &CosimArguments,
     board: &'static Board,
     seed: u64,
-    output: &Output,
+    output: &CommandOutput,
 ) -> anyhow::Result<Ending> {
     // As `emit` has it, so that builds are found again.
     let made_by = format!("{} --board {}", command_line(&arguments.scene), board.name);
@@ -143,7 +143,7 @@ fn board_text(report: &BoardReport) -> String {
 fn recorded(
     arguments: &CosimArguments,
     sensor: &Sensor,
-    output: &Output,
+    output: &CommandOutput,
 ) -> anyhow::Result<Option<Arc<Vec<Vec<Pulse>>>>> {
     let Some(tags) = &arguments.tags else { return Ok(None) };
     anyhow::ensure!(
@@ -192,13 +192,13 @@ pub(super) fn with_junit<T, E: Into<anyhow::Error>>(
 
 /// Shows how far a co-simulation is.
 pub(super) struct CosimProgress<'o> {
-    output: &'o Output,
+    output: &'o CommandOutput,
     bar: Bar,
     forecast: Option<Forecast<'o>>,
 }
 
 impl<'o> CosimProgress<'o> {
-    pub fn new(output: &'o Output) -> CosimProgress<'o> {
+    pub fn new(output: &'o CommandOutput) -> CosimProgress<'o> {
         CosimProgress { output, bar: output.bar(), forecast: None }
     }
 
@@ -293,8 +293,8 @@ fn differences(report: &Report) -> String {
         text += &format!("  {}: {}\n", difference.port, difference.text);
     }
     let depends = |difference: &&PortDifference| {
-        let port = Role::of(&difference.port);
-        matches!(port, Some(Role::Valid | Role::PeakValid))
+        let port = PortRole::of(&difference.port);
+        matches!(port, Some(PortRole::Valid | PortRole::PeakValid))
     };
     if report.differences.iter().any(|d| depends(&d)) {
         text += "  (--latency auto holds a design to its own latency)\n";

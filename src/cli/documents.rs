@@ -48,7 +48,7 @@ schemas_of! {
         crate::simulate::pulses::PulsesReport;
         crate::simulate::repeat::Simulation;
         crate::simulate::track::TrackReport;
-        crate::study::architectures::Comparison;
+        crate::study::architectures::ArchitectureComparison;
         crate::study::fidelity::FidelityReport;
         crate::study::limits::Limits;
         crate::study::reproduce::Reproduction;

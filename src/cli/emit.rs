@@ -1,7 +1,7 @@
 //! `goldtof emit`.
 
 use super::prelude::*;
-use crate::deliver::board::{BOARD, Board, BoardProject, PinChoice, Plan};
+use crate::deliver::board::{BOARD, Board, BoardPlan, BoardProject, PinChoice};
 use crate::deliver::testbenches::{self, BIND, COCOTB};
 use crate::deliver::{self, Emission, EmittedFile};
 use crate::door::{EmitOptions, Jobs as _};
@@ -47,7 +47,7 @@ impl EmitArguments {
 }
 
 impl Command for EmitArguments {
-    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, _: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         // Once: what stands beside the design is of the same scene.
         let scene = self.scene.read()?;
         let mut made_by = command_line(&self.scene);
@@ -93,7 +93,7 @@ pub(super) fn on_board(
     pins: &[PinChoice],
     options: &EmitOptions,
 ) -> anyhow::Result<(SceneText, Sensor, Emission)> {
-    let plan = Plan::of(&Sensor::new(&scene.scene()?), board, pins)?;
+    let plan = BoardPlan::of(&Sensor::new(&scene.scene()?), board, pins)?;
     let scene = plan.achieved(scene);
     let sensor = Sensor::new(&scene.scene()?);
     let mut emission = sensor.emit(options)?;

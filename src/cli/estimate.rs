@@ -3,7 +3,8 @@
 use super::prelude::*;
 use crate::door::EstimateOptions;
 use crate::recorded::{
-    Assessment, CountsFile, Recorded, RecordedHistogram, RecordedScan, assess, assess_histogram,
+    Assessment, CountsFile, RecordedCounts, RecordedHistogram, RecordedScan, assess,
+    assess_histogram,
 };
 use crate::report::residual_plot;
 use crate::scene::DetectorIndex;
@@ -41,7 +42,7 @@ pub(super) struct Estimates<'a> {
 }
 
 impl Command for EstimateArguments {
-    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, _: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let scene = self.scene.read()?.scene()?.with_estimator(self.options.estimator)?.summed();
         let sensor = Sensor::new(&scene);
         warn(&sensor, output);
@@ -50,11 +51,11 @@ impl Command for EstimateArguments {
             output.note(file.to_string().trim_end());
         }
         let assessments: Vec<(DetectorIndex, Assessment)> = match file.recorded(&sensor)? {
-            Recorded::Scans(scans) => {
+            RecordedCounts::Scans(scans) => {
                 let assessed = |scan: &RecordedScan| (scan.detector, assess(&sensor, scan));
                 scans.iter().map(assessed).collect()
             }
-            Recorded::Histograms(histograms) => {
+            RecordedCounts::Histograms(histograms) => {
                 let assessed =
                     |one: &RecordedHistogram| (one.detector, assess_histogram(&sensor, one));
                 histograms.iter().map(assessed).collect()

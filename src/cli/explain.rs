@@ -15,7 +15,7 @@ pub(super) struct ExplainArguments {
 }
 
 impl Command for ExplainArguments {
-    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, _: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let scene = self.scene.read()?;
         warn(&Sensor::new(&scene.scene()?), output);
         let limits = limits(&scene, self.detector.as_deref())?;

@@ -11,12 +11,13 @@ use crate::scene::{SceneError, SceneErrors};
 #[derive(Debug, Serialize, schemars::JsonSchema)]
 pub(super) struct Failure {
     /// The error.
-    pub error: Told,
+    pub error: FailureReport,
 }
 
 /// What went wrong.
 #[derive(Debug, Serialize, schemars::JsonSchema)]
-pub(super) struct Told {
+#[schemars(rename = "Told")]
+pub(super) struct FailureReport {
     /// What stderr says, without its "error: ".
     pub text: String,
     /// The exit status that goes with it.
@@ -43,14 +44,16 @@ pub(super) struct Location {
 impl Failure {
     /// The document of an error whose words are `text`.
     pub fn new(error: &anyhow::Error, text: &str, exit_status: u8) -> Failure {
-        Failure { error: Told { text: text.to_owned(), exit_status, places: places(error) } }
+        Failure {
+            error: FailureReport { text: text.to_owned(), exit_status, places: places(error) },
+        }
     }
 
     /// The document of a command line that cannot be meant.
     pub fn of_usage(text: &str) -> Failure {
         let text = text.trim_end();
         Failure {
-            error: Told {
+            error: FailureReport {
                 text: text.strip_prefix("error: ").unwrap_or(text).to_owned(),
                 exit_status: 2,
                 places: Vec::new(),

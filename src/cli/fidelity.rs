@@ -22,7 +22,7 @@ pub(super) struct FidelityArguments {
 }
 
 impl Command for FidelityArguments {
-    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, seed: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let sensor = self.scene.sensor(output)?.summed();
         let options = FidelityOptions { seed, ..self.options.clone() };
         // Before the long work, so that a folder that cannot be had is told at once.

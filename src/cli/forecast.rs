@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::output::Output;
+use super::output::CommandOutput;
 
 /// Anything longer is announced.
 const LONG_S: f64 = 10.0;
@@ -10,7 +10,7 @@ const LONG_S: f64 = 10.0;
 const TRIAL_S: f64 = 0.3;
 
 /// Announces a job of `seconds`, if that is long.
-pub(super) fn announce(output: &Output, what: &str, seconds: f64) {
+pub(super) fn announce(output: &CommandOutput, what: &str, seconds: f64) {
     if seconds > LONG_S {
         output.note(&format!("{what} will take about {}", duration(seconds)));
     }
@@ -18,14 +18,14 @@ pub(super) fn announce(output: &Output, what: &str, seconds: f64) {
 
 /// Forecasts a job from the rate of its first parts.
 pub(super) struct Forecast<'o> {
-    output: &'o Output,
+    output: &'o CommandOutput,
     what: &'static str,
     started: Instant,
     trial: Trial,
 }
 
 impl<'o> Forecast<'o> {
-    pub fn new(output: &'o Output, what: &'static str) -> Forecast<'o> {
+    pub fn new(output: &'o CommandOutput, what: &'static str) -> Forecast<'o> {
         Forecast { output, what, started: Instant::now(), trial: Trial::NotBegun }
     }
 

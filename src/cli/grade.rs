@@ -27,7 +27,7 @@ pub(super) struct GradeArguments {
 }
 
 impl Command for GradeArguments {
-    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, seed: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let scene = self.scene.read()?;
         let made_by = command_line(&self.scene);
         let options = GradeOptions { seed, made_by, ..self.options.clone() };
@@ -48,7 +48,12 @@ impl Command for GradeArguments {
 }
 
 impl InShards for GradeJob {
-    fn part(&self, part: Part, _: &OutputFolder, output: &Output) -> anyhow::Result<Results> {
+    fn part(
+        &self,
+        part: JobPart,
+        _: &OutputFolder,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Results> {
         let sensor = Sensor::new(&self.scene.scene()?);
         let mut progress = CosimProgress::new(output);
         let choose = |count| shard::variants(part, count);
@@ -57,12 +62,17 @@ impl InShards for GradeJob {
         Ok(Results::Grade(graded?))
     }
 
-    fn merge(&self, parts: Parts, _: &Path, output: &Output) -> anyhow::Result<Ending> {
+    fn merge(
+        &self,
+        parts: PartResults,
+        _: &Path,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Ending> {
         tell(&shard::whole_grade(self, parts)?, self.scene.reference(), output)
     }
 }
 
-fn tell(grade: &Grade, scene: SceneReference, output: &Output) -> anyhow::Result<Ending> {
+fn tell(grade: &Grade, scene: SceneReference, output: &CommandOutput) -> anyhow::Result<Ending> {
     output.answer(Some(scene), grade, &text(grade))?;
     Ok(match grade.asked_fraction {
         Some(asked) if grade.caught_fraction < asked => Ending::BelowThreshold,

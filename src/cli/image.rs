@@ -6,7 +6,9 @@ use super::output::Bar;
 use super::prelude::*;
 use super::target_maps::read_target;
 use crate::files::FileError;
-use crate::image::{Image, ImageError, ImageOptions, ImageReport, Map, MapTarget, View, image};
+use crate::image::{
+    ArrayView, Image, ImageError, ImageOptions, ImageReport, Map, MapTarget, image,
+};
 use crate::progress::Progress;
 use crate::report::image::{page, text};
 use crate::report::raster::{Picture, picture};
@@ -31,7 +33,7 @@ pub(super) struct ImageArguments {
     /// Simulate one of N shards of the rows of pixels, for `goldtof merge` to join: --shard 3/20, or
     /// --shard task/20 in an array job (Slurm, HyperQueue)
     #[arg(long, value_name = "I/N", value_parser = parse_shard, conflicts_with = "depth")]
-    pub shard: Option<Part>,
+    pub shard: Option<JobPart>,
     /// Folder for the maps (NPY and PNG), points.ply and index.html; created if missing, for
     /// example --out out/image
     #[arg(long, value_name = "DIR")]
@@ -39,7 +41,7 @@ pub(super) struct ImageArguments {
 }
 
 impl Command for ImageArguments {
-    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, seed: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let text = self.scene.read()?;
         let sensor = Sensor::new(&text.scene()?);
         let options = ImageOptions { seed, ..self.options.clone() };
@@ -50,9 +52,9 @@ impl Command for ImageArguments {
                  leave out --shard, or simulate every pixel: --fidelity events"
             );
             // An array without light is told before a folder is made.
-            View::new(&sensor, &options, None)?;
+            ArrayView::new(&sensor, &options, None)?;
             let job = Job::Image(ImageJob { scene: text.without_folder(), options });
-            return Order { part, out: &self.out }.fulfil(job, output);
+            return ShardOrder { part, out: &self.out }.fulfil(job, output);
         }
         let target = target(self, &sensor)?;
         // Before the work, so that a folder that cannot be had is told at once.
@@ -65,8 +67,13 @@ impl Command for ImageArguments {
 }
 
 impl InShards for ImageJob {
-    fn part(&self, part: Part, _: &OutputFolder, output: &Output) -> anyhow::Result<Results> {
-        let view = View::new(&Sensor::new(&self.scene.scene()?), &self.options, None)?;
+    fn part(
+        &self,
+        part: JobPart,
+        _: &OutputFolder,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Results> {
+        let view = ArrayView::new(&Sensor::new(&self.scene.scene()?), &self.options, None)?;
         let rows = part.every(u64::from(view.lens().rows)).map(|row| row as u32);
         let bar = output.bar();
         let told = view.scans(&rows.collect::<Vec<_>>(), shown_on(&bar));
@@ -74,9 +81,14 @@ impl InShards for ImageJob {
         Ok(Results::Image(told?))
     }
 
-    fn merge(&self, parts: Parts, out: &Path, output: &Output) -> anyhow::Result<Ending> {
+    fn merge(
+        &self,
+        parts: PartResults,
+        out: &Path,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Ending> {
         let sensor = Sensor::new(&self.scene.scene()?);
-        let view = View::new(&sensor, &self.options, None)?;
+        let view = ArrayView::new(&sensor, &self.options, None)?;
         let rows = pixel_rows([view.lens().rows, view.lens().columns], parts)?;
         let image = view.image(rows)?;
         tell(&sensor, self.scene.reference(), &image, &output.folder(out)?, output)
@@ -97,7 +109,7 @@ fn tell(
     scene: SceneReference,
     image: &Image,
     folder: &OutputFolder,
-    output: &Output,
+    output: &CommandOutput,
 ) -> anyhow::Result<Ending> {
     let of_scene = sensor.scene();
     let estimator = image.options.estimator.unwrap_or(of_scene.estimator);

@@ -22,7 +22,7 @@ pub(super) struct Pages {
 }
 
 impl Command for CompletionsArguments {
-    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, _: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let mut script = Vec::new();
         clap_complete::generate(self.shell, &mut Cli::command(), "goldtof", &mut script);
         let script = String::from_utf8(script)?;
@@ -32,7 +32,7 @@ impl Command for CompletionsArguments {
 }
 
 impl Command for ManArguments {
-    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, _: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let folder = output.folder(&self.out)?;
         let mut command = Cli::command();
         command.build();

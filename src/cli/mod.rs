@@ -47,7 +47,7 @@ use clap::Parser as _;
 use self::arguments::Cli;
 use self::common::Command as _;
 use self::failure::Failure;
-use self::output::{Ending, Output};
+use self::output::{CommandOutput, Ending};
 use crate::cosim::build::set_cache_dir;
 use crate::cosim::error::CosimError;
 use crate::interrupt;
@@ -69,7 +69,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(status);
         }
     };
-    let output = Output::new(cli.json, cli.quiet);
+    let output = CommandOutput::new(cli.json, cli.quiet);
     if let Err(error) = interrupt::watch() {
         output.note(&format!("signals are not watched: {error}"));
     }

@@ -59,7 +59,7 @@ pub(super) struct Made {
 }
 
 impl Command for NewArguments {
-    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, _: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let path = path_of(self)?;
         let text = self.like.map_or(SHORT, Like::text);
         // The schema lies beside the scenes of the source tree only.

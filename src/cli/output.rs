@@ -40,14 +40,14 @@ impl Ending {
 }
 
 /// The outputs of a command.
-pub(super) struct Output {
+pub(super) struct CommandOutput {
     json: bool,
     quiet: bool,
 }
 
-impl Output {
-    pub fn new(json: bool, quiet: bool) -> Output {
-        Output { json, quiet }
+impl CommandOutput {
+    pub fn new(json: bool, quiet: bool) -> CommandOutput {
+        CommandOutput { json, quiet }
     }
 
     /// The command's result: a document with `--json`, else `text`. `scene` goes into the
@@ -62,7 +62,7 @@ impl Output {
         self.answer_document(&Document { scene, ..document }, text)
     }
 
-    /// [`Output::answer`] with a document that has its head.
+    /// [`CommandOutput::answer`] with a document that has its head.
     pub fn answer_document<B: Body>(
         &self,
         document: &Document<B>,
@@ -100,7 +100,7 @@ impl Output {
         OutputFolder::open(path, |path| self.waits(path))
     }
 
-    /// [`Output::folder`], if there is to be one.
+    /// [`CommandOutput::folder`], if there is to be one.
     pub fn folder_if(&self, path: Option<&Path>) -> Result<Option<OutputFolder>, FileError> {
         path.map(|path| self.folder(path)).transpose()
     }

@@ -18,7 +18,7 @@ pub(super) struct PulsesArguments {
 }
 
 impl Command for PulsesArguments {
-    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, seed: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let sensor = self.scene.sensor(output)?;
         let mut report = None;
         let staged = files::stage(&self.out, |out| {

@@ -29,7 +29,12 @@ pub(super) struct ChannelArguments {
 
 impl ChannelArguments {
     /// Reads a recording.
-    pub fn replay(&self, sensor: &Sensor, tags: &Path, output: &Output) -> anyhow::Result<Replay> {
+    pub fn replay(
+        &self,
+        sensor: &Sensor,
+        tags: &Path,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Replay> {
         let scene = sensor.scene();
         let options = ReplayOptions::named(scene, &self.photons, self.epoch, self.epoch_periods)?;
         let mut reader: TagReader<BufReader<File>> = TagReader::open(tags)?;
@@ -64,7 +69,7 @@ pub(super) struct ReplayArguments {
 }
 
 impl Command for ReplayArguments {
-    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, _: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let sensor = self.scene.sensor(output)?;
         let replayed = self.channels.replay(&sensor, &self.tags, output)?;
         let folded = as_histogram(&sensor, &replayed.file.epochs);

@@ -18,14 +18,14 @@ pub(super) struct ReproduceArguments {
     /// Make one of N shards of the figures, for `goldtof merge` to join: --shard 3/12, or
     /// --shard task/12 in an array job (Slurm, HyperQueue)
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
-    pub shard: Option<Part>,
+    pub shard: Option<JobPart>,
 }
 
 impl Command for ReproduceArguments {
-    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, seed: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let options = ReproduceOptions { seed, ..self.options.clone() };
         if let Some(part) = self.shard {
-            return Order { part, out: &self.out }.fulfil(Job::Reproduce(options), output);
+            return ShardOrder { part, out: &self.out }.fulfil(Job::Reproduce(options), output);
         }
         let figures = options.figures.len() as u64;
         // Heard one after another.
@@ -41,7 +41,12 @@ impl Command for ReproduceArguments {
 }
 
 impl InShards for ReproduceOptions {
-    fn part(&self, part: Part, _: &OutputFolder, output: &Output) -> anyhow::Result<Results> {
+    fn part(
+        &self,
+        part: JobPart,
+        _: &OutputFolder,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Results> {
         let mut kept = Vec::new();
         for number in part.every(self.figures.len() as u64) {
             let figure = MadeFigure::new(self.figures[number as usize], self)?;
@@ -51,7 +56,12 @@ impl InShards for ReproduceOptions {
         Ok(Results::Reproduce(kept))
     }
 
-    fn merge(&self, parts: Parts, out: &Path, output: &Output) -> anyhow::Result<Ending> {
+    fn merge(
+        &self,
+        parts: PartResults,
+        out: &Path,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Ending> {
         let figures = shard::figures(self, parts)?;
         let folder = output.folder(out)?;
         for figure in &figures {
@@ -61,7 +71,7 @@ impl InShards for ReproduceOptions {
     }
 }
 
-fn tell(made: &Reproduction, output: &Output) -> anyhow::Result<Ending> {
+fn tell(made: &Reproduction, output: &CommandOutput) -> anyhow::Result<Ending> {
     output.answer(None, made, &made.to_text())?;
     Ok(if made.holds() { Ending::Done } else { Ending::DoesNotHold })
 }

@@ -33,7 +33,7 @@ pub(super) struct RunArguments {
 }
 
 impl Command for RunArguments {
-    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, seed: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let text = self.scene.read()?;
         let scene = text.scene()?;
         let sensor = Sensor::new(&scene);

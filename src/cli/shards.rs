@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
-use super::common::{Command, Order};
-use super::output::{Ending, Output};
+use super::common::{Command, ShardOrder};
+use super::output::{CommandOutput, Ending};
 use super::provenance::typed_command;
 use crate::files::OutputFolder;
 use crate::printable::printable_path;
 use crate::scene::SceneText;
-use crate::shard::{Folder, Job, Part, Parts, Results, Shard, listed};
+use crate::shard::{Job, JobPart, PartResults, Results, Shard, ShardFolder, listed};
 use crate::study::sweep::Store;
 
 /// The JSON of a command with `--shard`.
@@ -30,10 +30,20 @@ pub(super) struct ShardDone {
 /// A job that its command can do in parts.
 pub(super) trait InShards {
     /// Does one part. What is finished on the way may be kept in `folder`, which is gone in the end.
-    fn part(&self, part: Part, folder: &OutputFolder, output: &Output) -> anyhow::Result<Results>;
+    fn part(
+        &self,
+        part: JobPart,
+        folder: &OutputFolder,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Results>;
 
     /// What all parts, in their order, are together: told, and its files written into `out`.
-    fn merge(&self, parts: Parts, out: &Path, output: &Output) -> anyhow::Result<Ending>;
+    fn merge(
+        &self,
+        parts: PartResults,
+        out: &Path,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Ending>;
 }
 
 /// What the command of a job makes of it.
@@ -48,10 +58,10 @@ pub(super) fn in_shards(job: &Job) -> &dyn InShards {
     }
 }
 
-impl Order<'_> {
+impl ShardOrder<'_> {
     /// Does a part of a job, unless it is done already.
-    pub fn fulfil(&self, job: Job, output: &Output) -> anyhow::Result<Ending> {
-        let folder = Folder::make(self.out)?;
+    pub fn fulfil(&self, job: Job, output: &CommandOutput) -> anyhow::Result<Ending> {
+        let folder = ShardFolder::make(self.out)?;
         let scene = job.scene().map(SceneText::reference);
         let mut done_before = folder.has(self.part, &job)?;
         // A run that was killed behind its shard's file leaves its workplace.
@@ -96,8 +106,8 @@ pub(super) struct MergeArguments {
 }
 
 impl Command for MergeArguments {
-    fn run(&self, _: u64, output: &Output) -> anyhow::Result<Ending> {
-        let collected = Folder::collect(&self.folder)?;
+    fn run(&self, _: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
+        let collected = ShardFolder::collect(&self.folder)?;
         if self.missing {
             let missing = collected.missing();
             let text = match missing.is_empty() {

@@ -6,7 +6,7 @@ use crate::files;
 use crate::recorded::expected_csv;
 use crate::shard::{self, SimulateJob};
 use crate::simulate::repeat::{Simulated, Simulation};
-use crate::simulate::scans::Prepared;
+use crate::simulate::scans::PreparedTier;
 use crate::simulate::track::Tracking;
 use crate::simulate::{SimulateOptions, forecast, simulate};
 
@@ -38,7 +38,7 @@ pub(super) struct SimulateArguments {
 }
 
 impl Command for SimulateArguments {
-    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, seed: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let text = self.scene.read()?;
         let options = SimulateOptions { seed, ..self.options };
         let scene = text.scene()?.with_estimator(options.estimator)?.summed();
@@ -81,7 +81,7 @@ impl SimulateArguments {
         options: &SimulateOptions,
         updates: u64,
         scene: SceneReference,
-        output: &Output,
+        output: &CommandOutput,
     ) -> anyhow::Result<Ending> {
         let tracking = Tracking::new(sensor, options)?;
         let report = tracking.track(options.repetitions, updates)?;
@@ -94,16 +94,21 @@ impl SimulateArguments {
 }
 
 impl InShards for SimulateJob {
-    fn part(&self, part: Part, _: &OutputFolder, _: &Output) -> anyhow::Result<Results> {
+    fn part(&self, part: JobPart, _: &OutputFolder, _: &CommandOutput) -> anyhow::Result<Results> {
         let options = self.options;
         let sensor = Sensor::new(&self.scene.scene()?.with_estimator(options.estimator)?.summed());
         let simulated = Simulated::new(&sensor, options)?;
         let scans = part.stretch(options.repetitions);
-        let prepared = Prepared::new(&sensor, options.fidelity, options.engine)?;
+        let prepared = PreparedTier::new(&sensor, options.fidelity, options.engine)?;
         Ok(Results::Simulate(simulated.gather(&prepared, scans, &mut |_| ())?))
     }
 
-    fn merge(&self, parts: Parts, _: &Path, output: &Output) -> anyhow::Result<Ending> {
+    fn merge(
+        &self,
+        parts: PartResults,
+        _: &Path,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Ending> {
         let sensor =
             Sensor::new(&self.scene.scene()?.with_estimator(self.options.estimator)?.summed());
         warn(&sensor, output);
@@ -116,7 +121,7 @@ fn tell(
     scene: SceneReference,
     simulation: &Simulation,
     check: bool,
-    output: &Output,
+    output: &CommandOutput,
 ) -> anyhow::Result<Ending> {
     for warning in &simulation.warnings {
         output.note(&format!("warning: {warning}"));

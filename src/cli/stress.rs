@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::prelude::*;
 use crate::shard;
-use crate::study::stress::{Case, Group, StressOptions, StressReport, run as run_cases};
+use crate::study::stress::{Case, CaseGroup, StressOptions, StressReport, run as run_cases};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: goldtof stress --quick")]
@@ -31,7 +31,7 @@ struct ListedCase {
     /// Its name.
     name: &'static str,
     /// Its group.
-    group: Group,
+    group: CaseGroup,
     /// What is measured.
     what: &'static str,
 }
@@ -43,7 +43,7 @@ impl ListedCase {
 }
 
 impl Command for StressArguments {
-    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, seed: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let options = StressOptions { seed, ..self.options.clone() };
         let chosen = options.chosen()?;
         if self.list {
@@ -62,7 +62,7 @@ impl Command for StressArguments {
 }
 
 /// Runs cases, and says which are done.
-fn watched(chosen: &[Case], seed: u64, output: &Output) -> anyhow::Result<StressReport> {
+fn watched(chosen: &[Case], seed: u64, output: &CommandOutput) -> anyhow::Result<StressReport> {
     let mut forecast = Forecast::new(output, "all cases");
     let mut done = 0;
     Ok(run_cases(chosen, seed, |case| {
@@ -73,19 +73,29 @@ fn watched(chosen: &[Case], seed: u64, output: &Output) -> anyhow::Result<Stress
 }
 
 impl InShards for StressOptions {
-    fn part(&self, part: Part, _: &OutputFolder, output: &Output) -> anyhow::Result<Results> {
+    fn part(
+        &self,
+        part: JobPart,
+        _: &OutputFolder,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Results> {
         let chosen = self.chosen()?;
         let numbers = part.every(chosen.len() as u64);
         let some: Vec<Case> = numbers.map(|number| chosen[number as usize]).collect();
         Ok(Results::Stress(watched(&some, self.seed, output)?.cases))
     }
 
-    fn merge(&self, parts: Parts, _: &Path, output: &Output) -> anyhow::Result<Ending> {
+    fn merge(
+        &self,
+        parts: PartResults,
+        _: &Path,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Ending> {
         tell(&shard::stress_report(self, parts)?, output)
     }
 }
 
-fn tell(report: &StressReport, output: &Output) -> anyhow::Result<Ending> {
+fn tell(report: &StressReport, output: &CommandOutput) -> anyhow::Result<Ending> {
     output.answer(None, report, &report.to_text())?;
     Ok(if report.all_hold() { Ending::Done } else { Ending::DoesNotHold })
 }

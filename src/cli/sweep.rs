@@ -37,7 +37,7 @@ pub(super) struct SweepArguments {
     /// Simulate one of N shards of the points, for `goldtof merge` to join: --shard 3/20, or
     /// --shard task/20 in an array job (Slurm, HyperQueue)
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
-    pub shard: Option<Part>,
+    pub shard: Option<JobPart>,
 }
 
 /// The JSON of `goldtof sweep`.
@@ -56,7 +56,7 @@ pub(super) struct SweepReport<'a> {
 }
 
 impl Command for SweepArguments {
-    fn run(&self, seed: u64, output: &Output) -> anyhow::Result<Ending> {
+    fn run(&self, seed: u64, output: &CommandOutput) -> anyhow::Result<Ending> {
         let sweep = Sweep {
             scene: self.scene.read()?,
             options: SweepOptions { seed, ..self.options.clone() },
@@ -68,7 +68,7 @@ impl Command for SweepArguments {
             check(&sweep, own.map(|number| number as usize), output)?;
             let of_all = Sweep { scene: sweep.scene.without_folder(), ..sweep };
             let job = Job::Sweep(SweepJob { sweep: of_all, check: self.check.check });
-            return Order { part, out: &self.out }.fulfil(job, output);
+            return ShardOrder { part, out: &self.out }.fulfil(job, output);
         }
         check(&sweep, 0..sweep.len(), output)?;
         let folder = output.folder(&self.out)?;
@@ -91,7 +91,7 @@ impl Command for SweepArguments {
 fn check(
     sweep: &Sweep,
     mut numbers: impl Iterator<Item = usize>,
-    output: &Output,
+    output: &CommandOutput,
 ) -> anyhow::Result<()> {
     let mut is_warned = false;
     loop {
@@ -118,7 +118,12 @@ fn check(
 impl InShards for SweepJob {
     /// Points are kept in the shard's folder until all are done, so that a part that was cut off
     /// goes on.
-    fn part(&self, part: Part, folder: &OutputFolder, output: &Output) -> anyhow::Result<Results> {
+    fn part(
+        &self,
+        part: JobPart,
+        folder: &OutputFolder,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Results> {
         let sweep = &self.sweep;
         let mut store = Store::open(folder, sweep, &typed_command())?;
         let numbers = || part.every(sweep.len() as u64).map(|number| number as usize);
@@ -128,7 +133,12 @@ impl InShards for SweepJob {
         Ok(Results::Sweep(shard::rows(part, sweep, &store)?))
     }
 
-    fn merge(&self, parts: Parts, out: &Path, output: &Output) -> anyhow::Result<Ending> {
+    fn merge(
+        &self,
+        parts: PartResults,
+        out: &Path,
+        output: &CommandOutput,
+    ) -> anyhow::Result<Ending> {
         let sweep = &self.sweep;
         sweep.check_axes()?;
         let tables = shard::tables(sweep, parts)?;
@@ -144,7 +154,7 @@ fn tell(
     done_before: usize,
     check: bool,
     folder: &OutputFolder,
-    output: &Output,
+    output: &CommandOutput,
 ) -> anyhow::Result<Ending> {
     let written = rows.write(folder)?;
     for remark in &written.remarks {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::scans::{PixelScans, of_pixel};
-use super::table::{Expected, expected};
+use super::table::{ExpectedPixel, expected};
 use super::{ImageError, ImageOptions, Lens, PIXEL, ScanMaps, Seen, TheoryMaps, counting};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
@@ -105,7 +105,7 @@ pub(super) fn check(
 
 impl Check {
     /// Of pixels with what is expected of each, and its error if it found its path.
-    fn of(fidelity: Tier, errors: impl Iterator<Item = (Expected, Option<f64>)>) -> Check {
+    fn of(fidelity: Tier, errors: impl Iterator<Item = (ExpectedPixel, Option<f64>)>) -> Check {
         let (mut pixels, mut expected_missed) = (0_u32, 0.0);
         let mut z: Vec<f64> = Vec::new();
         for (expected, error_m) in errors {

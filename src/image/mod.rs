@@ -31,8 +31,8 @@ pub use map::Map;
 pub use options::{ImageOptions, PixelPlace};
 pub use pixels::{MapTarget, Seen};
 pub use scans::{PixelRow, PixelScans, ScanMaps};
-pub use summary::{ImageReport, MapSummary, NamedMap, Scale};
-pub use table::{Expected, Interpolation, TheoryMaps};
+pub use summary::{ImageReport, MapScale, MapSummary, NamedMap};
+pub use table::{ExpectedPixel, TableInterpolation, TheoryMaps};
 
 use crate::estimate::CountingTier;
 use crate::progress::Progress;
@@ -130,7 +130,7 @@ pub fn image(
     target: Option<&MapTarget>,
     on_progress: impl FnMut(Progress),
 ) -> Result<Image, ImageError> {
-    let view = View::new(sensor, options, target)?;
+    let view = ArrayView::new(sensor, options, target)?;
     let rows: Vec<u32> = (0..view.lens.rows).collect();
     let scans = match options.fidelity {
         Tier::Expected => Vec::new(),
@@ -142,14 +142,14 @@ pub fn image(
 /// What an array sees, before anything is measured. Rows of pixels are simulated together or
 /// apart, and make one image in the end.
 #[derive(Debug)]
-pub struct View {
+pub struct ArrayView {
     sensor: Sensor,
     options: ImageOptions,
     lens: Lens,
     seen: Seen,
 }
 
-impl View {
+impl ArrayView {
     /// What the array of a sensor sees.
     ///
     /// # Errors
@@ -158,7 +158,7 @@ impl View {
         sensor: &Sensor,
         options: &ImageOptions,
         target: Option<&MapTarget>,
-    ) -> Result<View, ImageError> {
+    ) -> Result<ArrayView, ImageError> {
         let sensor = sensor.with_estimator(options.estimator)?.summed();
         let array = sensor.scene().array.clone().ok_or(ImageError::NoArray)?;
         options.check(&array.lens)?;
@@ -170,7 +170,7 @@ impl View {
             pixels if pixels > 0 && options.fidelity == Tier::Expected => {
                 Err(ImageError::SeveralPaths { pixels })
             }
-            _ => Ok(View { sensor, options: options.clone(), lens: array.lens, seen }),
+            _ => Ok(ArrayView { sensor, options: options.clone(), lens: array.lens, seen }),
         }
     }
 
@@ -196,7 +196,7 @@ impl View {
     /// # Errors
     /// When pixels that are looked at closely cannot be simulated.
     pub fn image(self, rows: Vec<PixelRow>) -> Result<Image, ImageError> {
-        let View { sensor, options, lens, seen } = self;
+        let ArrayView { sensor, options, lens, seen } = self;
         let mut remarks = Vec::new();
         let theory = match seen.with_several_paths() {
             0 => {

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 use super::pixels::seed_of;
 use super::{ImageOptions, Map, PIXEL, Seen, counting};
 use crate::estimate::distance_m;
-use crate::estimate::estimator::Counted;
+use crate::estimate::estimator::EstimatorInput;
 use crate::progress::Progress;
 use crate::scene::PathIndex;
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::repeat::Ranging;
-use crate::simulate::scans::{Prepared, ScansError};
+use crate::simulate::scans::{PreparedTier, ScansError};
 
 /// Pixels that threads share out at a time.
 const AT_ONCE: usize = 1024;
@@ -74,15 +74,15 @@ pub(super) fn of_pixel(
 ) -> Result<PixelScans, ScansError> {
     let sensor = seen.sensor(of_all, pixel);
     let ranging = Ranging::new(&sensor, PIXEL, counting(&sensor, tier));
-    let prepared = Prepared::new(&sensor, tier, Default::default())?;
+    let prepared = PreparedTier::new(&sensor, tier, Default::default())?;
     let front = front(&sensor, &ranging);
     let tolerance_m = ranging.tolerance_m();
     let mut told = PixelScans::default();
     let mut is_first = true;
     prepared.scans(&sensor, PIXEL, seed_of(seed, pixel), 0..u64::from(scans), &mut |counted| {
         told.detections += match counted {
-            Counted::Steps(counts) => counts.iter().map(|count| count.total).sum(),
-            Counted::Bins(histogram) => histogram.total(),
+            EstimatorInput::Steps(counts) => counts.iter().map(|count| count.total).sum(),
+            EstimatorInput::Bins(histogram) => histogram.total(),
         };
         let answer = ranging.answer(counted);
         let found = answer.found.iter().find(|(place, _)| Some(*place) == front);

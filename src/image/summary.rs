@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Check, Expected, Image, Interpolation, Map, PixelReport, ScanMaps};
+use super::{Check, ExpectedPixel, Image, Map, PixelReport, ScanMaps, TableInterpolation};
 use crate::scene::EstimatorKind;
 use crate::simulate::Tier;
 
@@ -27,7 +27,7 @@ pub struct ImageReport {
     /// Pixels that get light of their own laser.
     pub lit_pixels: usize,
     /// How theory was interpolated; none where pixels have several paths.
-    pub interpolation: Option<Interpolation>,
+    pub interpolation: Option<TableInterpolation>,
     /// Pixels simulated photon by photon beside theory.
     pub check: Option<Check>,
     /// Pixels that were asked for.
@@ -57,7 +57,7 @@ pub struct MapSummary {
 
 /// How a map is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
+pub enum MapScale {
     /// From the least to the most.
     Range,
     /// As much below zero as above.
@@ -76,7 +76,7 @@ pub struct NamedMap {
     /// What it shows.
     pub meaning: &'static str,
     /// How.
-    pub scale: Scale,
+    pub scale: MapScale,
     /// The numbers.
     pub map: Map,
 }
@@ -84,7 +84,7 @@ pub struct NamedMap {
 impl Image {
     /// All of its maps.
     pub fn maps(&self) -> Vec<NamedMap> {
-        use Scale::{Logarithmic, Range, Share, Signed};
+        use MapScale::{Logarithmic, Range, Share, Signed};
         let seen = &self.seen;
         let along = |map: &Map| {
             seen.map(|pixel| map.values[pixel] * seen.lights[pixel].depth_per_distance())
@@ -102,7 +102,7 @@ impl Image {
         add("bias_m", "mean error of the distance", Signed, if_known(bias_m));
         add("std_m", "standard deviation of the distance", Logarithmic, if_known(std_m));
         if let (false, Some(theory)) = (is_drawn, &self.theory) {
-            let map = |value: fn(&Expected) -> f64| theory.map(seen.columns, value);
+            let map = |value: fn(&ExpectedPixel) -> f64| theory.map(seen.columns, value);
             let (bias_m, std_m) = (map(|e| e.bias_m), map(|e| e.std_m));
             add("expected_bias_m", "mean error that theory expects", Signed, Some(&bias_m));
             let meaning = "standard deviation that theory expects";

@@ -45,16 +45,16 @@ const LEAST: f64 = 1e-15;
 #[derive(Debug, Clone)]
 pub struct TheoryMaps {
     /// Pixel by pixel, row by row; none of one that is dark, or that nothing is expected of.
-    pub pixels: Vec<Option<Expected>>,
+    pub pixels: Vec<Option<ExpectedPixel>>,
     /// How that was interpolated.
-    pub interpolation: Interpolation,
+    pub interpolation: TableInterpolation,
     /// What there is to say of it.
     pub remarks: Vec<String>,
 }
 
 /// What is expected of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Expected {
+pub struct ExpectedPixel {
     /// Mean error of the distance.
     pub bias_m: f64,
     /// Standard deviation of one scan's distance.
@@ -67,7 +67,8 @@ pub struct Expected {
 
 /// How theory was interpolated, and how well.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
-pub struct Interpolation {
+#[schemars(rename = "Interpolation")]
+pub struct TableInterpolation {
     /// Points of light and delay that theory was worked out at.
     pub nodes: usize,
     /// Pixels whose own theory it was held against, half of them among the brightest.
@@ -100,7 +101,7 @@ impl TheoryMaps {
     }
 
     /// A map of something that is expected.
-    pub fn map(&self, columns: u32, value: impl Fn(&Expected) -> f64) -> Map {
+    pub fn map(&self, columns: u32, value: impl Fn(&ExpectedPixel) -> f64) -> Map {
         let values = self.pixels.iter().map(|pixel| pixel.as_ref().map_or(f64::NAN, &value));
         Map::new(columns, values.collect())
     }
@@ -139,7 +140,7 @@ struct Tabulation<'a> {
     step_ps: f64,
     points: Vec<Option<LightPoint>>,
     /// Pixels at which it is checked, and their theory.
-    checked: Vec<(usize, Expected)>,
+    checked: Vec<(usize, ExpectedPixel)>,
     /// Nodes by the bits of their coordinates.
     known: HashMap<[u64; 3], Result<Values, String>>,
     remarks: Vec<String>,
@@ -209,7 +210,7 @@ impl<'a> Tabulation<'a> {
     }
 
     /// The theory of a point.
-    fn exact(&self, point: &LightPoint) -> Result<Expected, String> {
+    fn exact(&self, point: &LightPoint) -> Result<ExpectedPixel, String> {
         let own = point.own.exp();
         let path = PixelPath {
             source: self.sensor.scene().detectors[PIXEL].reference,
@@ -260,7 +261,7 @@ impl<'a> Tabulation<'a> {
         }
         let all: Vec<usize> = (0..self.points.len()).collect();
         let pixels = self.interpolated(&grid, &all);
-        let dark = |(point, found): &(&Option<LightPoint>, &Option<Expected>)| {
+        let dark = |(point, found): &(&Option<LightPoint>, &Option<ExpectedPixel>)| {
             point.is_some() && found.is_none()
         };
         let pixels_without_expectation = self.points.iter().zip(&pixels).filter(dark).count();
@@ -273,7 +274,7 @@ impl<'a> Tabulation<'a> {
         }
         let has_background = self.points.iter().flatten().any(|point| point.background.is_some());
         TheoryMaps {
-            interpolation: Interpolation {
+            interpolation: TableInterpolation {
                 nodes: self.known.len(),
                 checked_pixels: self.checked.len(),
                 worst_error_in_std: error.0,
@@ -297,7 +298,7 @@ impl<'a> Tabulation<'a> {
         delays.sort_by(f64::total_cmp);
         let middle_ps = *delays.get(delays.len() / 2)?;
         let to_ps = (middle_ps / self.step_ps).floor() * self.step_ps;
-        let is_same = |(pixel, found): &(usize, Expected)| {
+        let is_same = |(pixel, found): &(usize, ExpectedPixel)| {
             let point = self.points[*pixel]?;
             let delay_ps = to_ps + (point.delay_ps - to_ps).rem_euclid(self.step_ps);
             let there = self.exact(&LightPoint { delay_ps, ..point }).ok()?;
@@ -327,7 +328,7 @@ impl<'a> Tabulation<'a> {
     }
 
     /// The theory of some pixels, at their places among all.
-    fn interpolated(&mut self, grid: &Grid, pixels: &[usize]) -> Vec<Option<Expected>> {
+    fn interpolated(&mut self, grid: &Grid, pixels: &[usize]) -> Vec<Option<ExpectedPixel>> {
         // Cells with their nodes, each cell once.
         let mut cells: HashMap<Corner, usize> = HashMap::new();
         let mut corners: Vec<Corner> = Vec::new();
@@ -398,7 +399,7 @@ impl<'a> Tabulation<'a> {
     }
 }
 
-impl Expected {
+impl ExpectedPixel {
     fn values(&self) -> Values {
         [
             self.bias_m,
@@ -408,8 +409,8 @@ impl Expected {
         ]
     }
 
-    fn of([bias_m, std, missed, rate]: Values) -> Expected {
-        Expected {
+    fn of([bias_m, std, missed, rate]: Values) -> ExpectedPixel {
+        ExpectedPixel {
             bias_m,
             std_m: std.exp(),
             missed_fraction: missed.exp().min(1.0),
@@ -419,14 +420,14 @@ impl Expected {
 }
 
 /// What the scene's estimator is expected to say of a sensor's only path.
-pub(super) fn expected(sensor: &Sensor, counting: CountingTier) -> Result<Expected, String> {
+pub(super) fn expected(sensor: &Sensor, counting: CountingTier) -> Result<ExpectedPixel, String> {
     if sensor.scene().estimator == EstimatorKind::Fft {
         let predicted =
             predict(sensor, PIXEL, PathIndex(0), counting).map_err(|e| e.to_string())?;
         let Prediction { bias_m, std_m, missed_fraction, detection_rate_hz, .. } = predicted;
         let range_m = distance_m(sensor.timing().code_period_ps());
         check_normal(std_m, range_m).map_err(|spread| spread.to_string())?;
-        return Ok(Expected {
+        return Ok(ExpectedPixel {
             bias_m,
             std_m,
             missed_fraction: missed_fraction.unwrap_or(f64::NAN),
@@ -442,7 +443,7 @@ pub(super) fn expected(sensor: &Sensor, counting: CountingTier) -> Result<Expect
     let remark = path.remark.unwrap_or_else(|| "nothing is expected".to_owned());
     let (bias_m, std_m) = path.expected_bias_m.zip(path.expected_std_m).ok_or(remark)?;
     let rate = predict(sensor, PIXEL, PathIndex(0), counting);
-    Ok(Expected {
+    Ok(ExpectedPixel {
         bias_m,
         std_m,
         missed_fraction: path.expected_missed_fraction.unwrap_or(f64::NAN),
@@ -464,7 +465,7 @@ fn is_within_scan(sensor: &Sensor, counting: CountingTier, delay_ps: f64) -> boo
 }
 
 /// The larger error of bias and standard deviation, in the exact standard deviation.
-fn error_in_std(found: &Expected, exact: &Expected) -> f64 {
+fn error_in_std(found: &ExpectedPixel, exact: &ExpectedPixel) -> f64 {
     let errors = [found.bias_m - exact.bias_m, found.std_m - exact.std_m];
     errors.iter().fold(0.0, |most: f64, error| most.max(error.abs() / exact.std_m))
 }
@@ -483,7 +484,7 @@ fn around(corner: Corner, has_background: bool) -> impl Iterator<Item = Corner> 
 }
 
 /// Cubics through a cell's nodes, in the order of [`around`].
-fn between(nodes: &[Values], within: [f64; 3], has_background: bool) -> Expected {
+fn between(nodes: &[Values], within: [f64; 3], has_background: bool) -> ExpectedPixel {
     let [own, background, delay] = within.map(weights);
     let background = if has_background { &background[..] } else { &[1.0][..] };
     let mut sum = [0.0; 4];
@@ -498,7 +499,7 @@ fn between(nodes: &[Values], within: [f64; 3], has_background: bool) -> Expected
             }
         }
     }
-    Expected::of(sum)
+    ExpectedPixel::of(sum)
 }
 
 /// Lagrange's weights of the nodes at -1, 0, 1 and 2.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::cells::Cells;
+use super::cells::FpgaCells;
 use super::figures::Figures;
 use super::link::{LinkBudget, link_budget};
 use super::resources::{Resources, resources, saved_by};
@@ -72,7 +72,7 @@ pub fn overview(sensor: &Sensor) -> Overview {
 /// Adds what parts of the hardware that are left out would take.
 pub fn with_cells(mut plan: Plan, sensor: &Sensor) -> Plan {
     for part in plan.hardware.iter_mut().filter(|part| !part.kept) {
-        let nothing = Cells { luts: 0, flip_flops: 0 };
+        let nothing = FpgaCells { luts: 0, flip_flops: 0 };
         part.saved_cells = saved_by(sensor, part).filter(|cells| *cells != nothing);
     }
     plan

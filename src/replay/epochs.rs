@@ -58,7 +58,7 @@ impl Default for Sampled {
 
 /// A straight stretch of the recording: what its ticks are in code periods.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Line {
+pub(super) struct EpochLine {
     /// Ticks at its first epoch, as recorded.
     origin: u64,
     /// The line's own beginning, in ticks from there.
@@ -74,7 +74,7 @@ pub(super) struct Line {
     pub begins: bool,
 }
 
-impl Line {
+impl EpochLine {
     /// Number of its first epoch since the recording's first, pauses left out.
     pub fn first(&self) -> u64 {
         self.first
@@ -116,7 +116,7 @@ impl Line {
     }
 
     /// The same of samples that are equally far apart, in loops without branches and conversions, of which a
-    /// compiler makes vectors, and short ones, so that it does not wait: the numbers are those of [`Line::place`] and [`Sampler::first_from`] to the last bit.
+    /// compiler makes vectors, and short ones, so that it does not wait: the numbers are those of [`EpochLine::place`] and [`Sampler::first_from`] to the last bit.
     #[inline(always)]
     fn sample_in_loops(&self, photons: &[u64], of_epoch: f64, pulse: f64, sampled: &mut Sampled) {
         const BITS: u64 = (1 << 52) - 1;
@@ -147,7 +147,7 @@ impl Line {
 
 /// Takes marks in order and makes lines of them.
 #[derive(Debug)]
-pub(super) struct Clock {
+pub(super) struct EpochClock {
     /// Ticks of an epoch's period by the scene, and as found so far.
     nominal: f64,
     period: f64,
@@ -163,10 +163,10 @@ pub(super) struct Clock {
     ticks: f64,
 }
 
-impl Clock {
+impl EpochClock {
     /// For epochs that are `nominal` ticks apart, of `tick_s` each.
-    pub fn new(nominal: f64, tick_s: f64) -> Clock {
-        Clock {
+    pub fn new(nominal: f64, tick_s: f64) -> EpochClock {
+        EpochClock {
             nominal,
             period: nominal,
             tick_s,
@@ -181,7 +181,7 @@ impl Clock {
     }
 
     /// Takes a mark; gives a line that ends with it, or with the one before.
-    pub fn mark(&mut self, ticks: u64) -> Option<Line> {
+    pub fn mark(&mut self, ticks: u64) -> Option<EpochLine> {
         let Some(&(last, number)) = self.line.last() else {
             self.line.push((ticks, 0));
             self.found.epochs += 1;
@@ -223,7 +223,7 @@ impl Clock {
     }
 
     /// The line of what has come, by least squares; none of a single epoch.
-    pub fn end(&mut self) -> Option<Line> {
+    pub fn end(&mut self) -> Option<EpochLine> {
         let marks = std::mem::take(&mut self.line);
         let begins = std::mem::replace(&mut self.begins, false);
         let (&(origin, _), &(until, periods)) = marks.first().zip(marks.last())?;
@@ -253,7 +253,7 @@ impl Clock {
         self.first += periods;
         self.found.periods += periods;
         let per_tick = 1.0 / period;
-        Some(Line { origin, offset, per_tick, first, from: origin, until, begins })
+        Some(EpochLine { origin, offset, per_tick, first, from: origin, until, begins })
     }
 
     /// What was found; `periods` are code periods of an epoch.
@@ -287,7 +287,7 @@ mod tests {
         ] {
             let per_tick = 1.0 / period;
             let line =
-                Line { origin, offset, per_tick, first: 5, from: origin, until, begins: true };
+                EpochLine { origin, offset, per_tick, first: 5, from: origin, until, begins: true };
             let mut random = 1_u64;
             let photons: Vec<u64> = (0..TOGETHER as u64)
                 .map(|k| {
@@ -316,7 +316,7 @@ mod tests {
     #[test]
     fn lines_follow_epochs_over_gaps_and_pauses() {
         let (period, nominal) = (100_000.25, 100_000.0);
-        let mut clock = Clock::new(nominal, 1e-12);
+        let mut clock = EpochClock::new(nominal, 1e-12);
         let mut lines = Vec::new();
         let mut random = 1_u64;
         let mut jitter = || {

@@ -1,12 +1,12 @@
 //! Photons of a detector on their way into bins and pulses.
 
-use super::epochs::{Line, Sampled, TOGETHER};
+use super::epochs::{EpochLine, Sampled, TOGETHER};
 use crate::photons::fast::{InstructionSet, Runner};
 use crate::photons::{Level, Pulse};
 use crate::scan::{Sample, Sampler};
 
 /// How many samples there are between two epochs, and in a scan.
-pub(super) struct Samples {
+pub(super) struct EpochSamples {
     pub of_epoch: u64,
     pub of_scan: u64,
 }
@@ -45,7 +45,7 @@ impl Folding {
     }
 
     /// Takes the photons of a line, and forgets those that are earlier.
-    pub fn fold(&mut self, line: &Line, waiting: &mut Vec<u64>, samples: &Samples) {
+    pub fn fold(&mut self, line: &EpochLine, waiting: &mut Vec<u64>, samples: &EpochSamples) {
         let mut fold = Fold { folding: self, line, waiting, samples, taken: 0 };
         InstructionSet::best().run(&mut fold);
         let taken = fold.taken;
@@ -54,7 +54,7 @@ impl Folding {
 
     /// Takes a photon that shows from sample `rises` on, which is `of_epoch` of its epoch.
     #[inline(always)]
-    fn take(&mut self, rises: u64, of_epoch: u64, high: u64, samples: &Samples) {
+    fn take(&mut self, rises: u64, of_epoch: u64, high: u64, samples: &EpochSamples) {
         // Where two lines meet a photon may come before one that was earlier by a tick.
         let first = rises.max(self.last);
         let end = (rises + high).max(first);
@@ -87,9 +87,9 @@ impl Folding {
 /// The photons of a line on their way.
 struct Fold<'a> {
     folding: &'a mut Folding,
-    line: &'a Line,
+    line: &'a EpochLine,
     waiting: &'a [u64],
-    samples: &'a Samples,
+    samples: &'a EpochSamples,
     /// Those before the line's end.
     taken: usize,
 }

@@ -15,14 +15,14 @@ use goldtof_tags::{Channel, TagError, TagReader};
 use serde::Serialize;
 
 pub use self::epochs::Epochs;
-use self::epochs::{Clock, EPOCHS_OF_A_LINE, Line, MOST_OFFSET};
-use self::folding::{Folding, Samples};
+use self::epochs::{EPOCHS_OF_A_LINE, EpochClock, EpochLine, MOST_OFFSET};
+use self::folding::{EpochSamples, Folding};
 use crate::histogram::{Histogram, HistogramError};
 use crate::photons::{Pulse, StepCount};
 use crate::recorded::{Assessment, RecordedHistogram, RecordedScan, assess, assess_histogram};
 use crate::reference::blocks;
-use crate::reference::photons::Recorded;
-use crate::reference::predictor::{Reference, ReferenceError};
+use crate::reference::photons::RecordedPulses;
+use crate::reference::predictor::{ReferenceError, ReferenceModel};
 use crate::reference::stimulus::clocks_for_scans;
 use crate::scene::{Architecture, Detector, DetectorIndex, EstimatorKind, Scene};
 use crate::sensor::Sensor;
@@ -185,10 +185,10 @@ pub fn replay<R: Read>(
     }
     let tick_s = reader.tick_ps() * 1e-12;
     let period_ps = sensor.timing().code_period_ps() * options.epoch_periods as f64;
-    let mut clock = Clock::new(period_ps / reader.tick_ps(), tick_s);
+    let mut clock = EpochClock::new(period_ps / reader.tick_ps(), tick_s);
     let sample_ps = sensor.clock().sample_period_ps();
     let bins = (sensor.timing().code_chips() * u64::from(sensor.clock().samples_per_chip)) as usize;
-    let samples = Samples {
+    let samples = EpochSamples {
         of_epoch: bins as u64 * options.epoch_periods,
         of_scan: sensor.timing().sampling().samples_of(sensor.interface().scan_clocks()),
     };
@@ -203,7 +203,7 @@ pub fn replay<R: Read>(
     let channels: Vec<Channel> = options.photons.iter().copied().chain([options.epoch]).collect();
     let mut waiting: Vec<Vec<u64>> = vec![Vec::new(); channels.len()];
     let mut scan_is_whole = true;
-    let mut fold = |line: Line, waiting: &mut [Vec<u64>]| {
+    let mut fold = |line: EpochLine, waiting: &mut [Vec<u64>]| {
         // A pause within the scan leaves it without its photons.
         let reached = line.first() * samples.of_epoch;
         scan_is_whole &= !line.begins || reached == 0 || reached >= samples.of_scan;
@@ -401,8 +401,8 @@ pub fn counts_of(
     let of_detector = |detector| RecordedScan { detector, counts: Vec::new(), has_totals: true };
     let mut scans: Vec<RecordedScan> =
         DetectorIndex::of(&sensor.scene().detectors).map(of_detector).collect();
-    let mut reference = Reference::new(interface.clone())?;
-    let mut stimulus = Recorded::new(Arc::clone(pulses), interface);
+    let mut reference = ReferenceModel::new(interface.clone())?;
+    let mut stimulus = RecordedPulses::new(Arc::clone(pulses), interface);
     blocks::results(&mut reference, &mut stimulus, clocks_for_scans(interface, 1), &mut |result| {
         if result.scan == 0 {
             let count = StepCount { signed: result.count, total: result.total };

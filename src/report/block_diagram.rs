@@ -3,7 +3,7 @@
 use super::figure::shortened;
 use super::layers::{Layers, Slot, layers};
 use super::prelude::*;
-use crate::rtl::back::{Connections, End, Netlist};
+use crate::rtl::back::{Connections, End, ModuleNetlist};
 
 const WIDTH: f64 = 480.0;
 const MARGIN: f64 = 8.0;
@@ -38,18 +38,18 @@ impl Node {
 
 /// A drawing of one module, and its connections in words.
 pub(super) struct Diagram {
-    pub figure: Figure,
+    pub figure: SvgFigure,
     /// From, to, nets.
     pub connections: Vec<[String; 3]>,
 }
 
 /// Draws each module that has others in it, the top module first.
-pub(super) fn diagrams(modules: &[Netlist]) -> Vec<Diagram> {
+pub(super) fn diagrams(modules: &[ModuleNetlist]) -> Vec<Diagram> {
     let with_others = modules.iter().rev().filter(|module| !module.instances.is_empty());
     with_others.map(diagram).collect()
 }
 
-fn diagram(module: &Netlist) -> Diagram {
+fn diagram(module: &ModuleNetlist) -> Diagram {
     let connections = module.connections();
     let nodes = nodes(module, &connections);
     let number = |end: &End| nodes.iter().position(|node| node.end.contains(end));
@@ -78,7 +78,7 @@ fn diagram(module: &Netlist) -> Diagram {
         .collect();
     let id = format!("module-{}", module.name.replace('_', "-"));
     Diagram {
-        figure: Figure {
+        figure: SvgFigure {
             id: id.clone(),
             title: module.name.clone(),
             description: format!(
@@ -97,7 +97,7 @@ fn diagram(module: &Netlist) -> Diagram {
 
 /// Ports of one interface together, instances, and the module's own registers. What is
 /// numbered and of one kind is one node.
-fn nodes(module: &Netlist, connections: &Connections) -> Vec<Node> {
+fn nodes(module: &ModuleNetlist, connections: &Connections) -> Vec<Node> {
     let mut nodes: Vec<Node> = Vec::new();
     let mut ports = |names: &[String], end: fn(usize) -> End| {
         let of_stream = |name: &str| name.starts_with("m_axis_");
@@ -292,7 +292,7 @@ fn wire(layers: &Layers, drawing: &Drawing, nodes: &[Node], edge: (usize, usize)
     path
 }
 
-fn in_words(module: &Netlist, connections: &Connections) -> Vec<[String; 3]> {
+fn in_words(module: &ModuleNetlist, connections: &Connections) -> Vec<[String; 3]> {
     let name = |end: &End| match end {
         End::Input(index) => module.inputs[*index].clone(),
         End::Output(index) => module.outputs[*index].clone(),

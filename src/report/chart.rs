@@ -1,9 +1,9 @@
 //! Charts: curves, dots and error bars over one pair of axes, on the report's page or side by
 //! side in a drawing of their own.
 
-pub use super::coordinate::{Axis, Point, Scale};
+pub use super::coordinate::{AxisScale, ChartAxis, ChartPoint};
 use super::prelude::*;
-pub use super::role::Role;
+pub use super::role::DrawingRole;
 use super::role::{OF_A_KIND, colours};
 use super::table::Table;
 
@@ -58,14 +58,14 @@ pub struct Chart {
 /// One pair of axes with its series; their legend is below.
 #[derive(Debug, Clone)]
 pub struct Panel {
-    x: Axis,
-    y: Axis,
+    x: ChartAxis,
+    y: ChartAxis,
     /// What is drawn, the first at the back.
     series: Vec<Series>,
     /// Names of the curves, and what they mean.
-    names: Vec<(String, Role)>,
+    names: Vec<(String, DrawingRole)>,
     /// Vertical lines: where, what they mark, and its meaning.
-    marks: Vec<(f64, &'static str, Role)>,
+    marks: Vec<(f64, &'static str, DrawingRole)>,
 }
 
 /// Points of one kind.
@@ -74,9 +74,9 @@ struct Series {
     /// Name in the legend, where those of one name stand once; an empty one is not there.
     label: String,
     mark: Mark,
-    role: Role,
+    role: DrawingRole,
     /// The points, in order of x.
-    points: Vec<Point>,
+    points: Vec<ChartPoint>,
 }
 
 /// How points are drawn.
@@ -106,7 +106,7 @@ impl Mark {
 
 impl Panel {
     /// A panel without series.
-    pub fn new(x: Axis, y: Axis) -> Panel {
+    pub fn new(x: ChartAxis, y: ChartAxis) -> Panel {
         Panel { x, y, series: Vec::new(), names: Vec::new(), marks: Vec::new() }
     }
 
@@ -126,7 +126,7 @@ impl Panel {
                 points.iter_mut().for_each(|point| point.interval = None);
             }
             let role = match (mark, self.names.iter().find(|(known, _)| *known == name)) {
-                (Mark::Rings, _) => Role::Truth,
+                (Mark::Rings, _) => DrawingRole::Truth,
                 (_, Some((_, role))) => *role,
                 (_, None) => {
                     let role = self.free_role(&name);
@@ -140,28 +140,35 @@ impl Panel {
     }
 
     /// What a curve of a table means by its name, or else one of a kind; of those that no curve has.
-    fn free_role(&self, name: &str) -> Role {
-        let is_free =
-            |role: &Role| self.names.iter().all(|(_, other)| other.colour() != role.colour());
-        let of_a_kind = || (0..OF_A_KIND.len()).map(Role::Other).find(is_free);
-        let role = Role::named(name).filter(is_free).or_else(of_a_kind);
-        role.unwrap_or(Role::Other(self.names.len()))
+    fn free_role(&self, name: &str) -> DrawingRole {
+        let is_free = |role: &DrawingRole| {
+            self.names.iter().all(|(_, other)| other.colour() != role.colour())
+        };
+        let of_a_kind = || (0..OF_A_KIND.len()).map(DrawingRole::Other).find(is_free);
+        let role = DrawingRole::named(name).filter(is_free).or_else(of_a_kind);
+        role.unwrap_or(DrawingRole::Other(self.names.len()))
     }
 
     /// Adds points of one kind.
     pub fn with(
         self,
         label: &str,
-        role: Role,
+        role: DrawingRole,
         mark: Mark,
         points: impl IntoIterator<Item = (f64, f64)>,
     ) -> Panel {
-        let points = points.into_iter().map(|(x, y)| Point { x, y, interval: None });
+        let points = points.into_iter().map(|(x, y)| ChartPoint { x, y, interval: None });
         self.with_points(label, role, mark, points.collect())
     }
 
     /// The same of points that have intervals.
-    pub fn with_points(mut self, label: &str, role: Role, mark: Mark, points: Vec<Point>) -> Panel {
+    pub fn with_points(
+        mut self,
+        label: &str,
+        role: DrawingRole,
+        mark: Mark,
+        points: Vec<ChartPoint>,
+    ) -> Panel {
         self.series.push(Series { label: label.to_owned(), mark, role, points });
         self
     }
@@ -171,7 +178,7 @@ impl Panel {
         let places = || self.series.iter().flat_map(|s| &s.points).map(|point| point.x);
         let ends =
             [places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)];
-        self.with(label, Role::Truth, Mark::Line, ends.map(|x| (x, y)))
+        self.with(label, DrawingRole::Truth, Mark::Line, ends.map(|x| (x, y)))
     }
 
     /// Adds level lines at plus and minus a limit.
@@ -181,27 +188,27 @@ impl Panel {
     }
 
     /// Adds vertical lines: where, what they mark, and its meaning.
-    pub fn marked(self, marks: Vec<(f64, &'static str, Role)>) -> Panel {
+    pub fn marked(self, marks: Vec<(f64, &'static str, DrawingRole)>) -> Panel {
         Panel { marks, ..self }
     }
 
     /// On the report's page; `id` is unique there.
-    pub(super) fn figure(&self, id: String, title: String, description: String) -> Figure {
+    pub(super) fn figure(&self, id: String, title: String, description: String) -> SvgFigure {
         let (height, content) = self.drawn(&OF_PAGE);
-        Figure { id, title, description, size: (OF_PAGE.width, height), wide: false, content }
+        SvgFigure { id, title, description, size: (OF_PAGE.width, height), wide: false, content }
     }
 
     /// Its height with the legend, and its shapes.
     fn drawn(&self, room: &Room) -> (f64, Markup) {
         let all = || self.series.iter().flat_map(|series| &series.points);
         let xs = all().map(|p| p.x).chain(self.marks.iter().map(|mark| mark.0));
-        let ends = |p: &Point| {
+        let ends = |p: &ChartPoint| {
             let (low, high) = p.interval.unwrap_or((p.y, p.y));
             // A bar that reaches towards zero must not stretch the axis over
             // decades without data.
             let low = match self.y.scale {
-                Scale::Linear => low,
-                Scale::Log => low.max(p.y * SHORTEST_BAR_SHOWN),
+                AxisScale::Linear => low,
+                AxisScale::Log => low.max(p.y * SHORTEST_BAR_SHOWN),
             };
             [low, p.y, high]
         };
@@ -246,8 +253,8 @@ impl Panel {
 
     /// Places of vertical lines, names and meaning; of those that would be one to the eye the names are
     /// together.
-    fn marks(&self, x: &Along) -> Vec<(f64, String, Role)> {
-        let mut marks: Vec<(f64, String, Role)> = Vec::new();
+    fn marks(&self, x: &Along) -> Vec<(f64, String, DrawingRole)> {
+        let mut marks: Vec<(f64, String, DrawingRole)> = Vec::new();
         for (at, name, role) in &self.marks {
             let at = x.place(*at);
             match marks.iter_mut().find(|mark| (mark.0 - at).abs() < LEAST_BETWEEN_MARKS) {
@@ -276,7 +283,11 @@ impl Panel {
         (0..lines.len()).map(hides).collect()
     }
 
-    fn legend<'p>(&'p self, marks: &'p [(f64, String, Role)], dashed: &[bool]) -> Vec<Entry<'p>> {
+    fn legend<'p>(
+        &'p self,
+        marks: &'p [(f64, String, DrawingRole)],
+        dashed: &[bool],
+    ) -> Vec<Entry<'p>> {
         let mut entries: Vec<Entry> = Vec::new();
         // A band is of the line within it, which is named.
         let is_shown = |series: &&Series| {
@@ -343,9 +354,9 @@ impl Along {
 
 impl Series {
     /// The points that can be drawn, and where.
-    fn places(&self, x: &Along, y: &Along) -> (Vec<&Point>, Vec<(f64, f64)>) {
-        let holds = |p: &&Point| x.axis.holds(p.x) && y.axis.holds(p.y);
-        let shown: Vec<&Point> = self.points.iter().filter(holds).collect();
+    fn places(&self, x: &Along, y: &Along) -> (Vec<&ChartPoint>, Vec<(f64, f64)>) {
+        let holds = |p: &&ChartPoint| x.axis.holds(p.x) && y.axis.holds(p.y);
+        let shown: Vec<&ChartPoint> = self.points.iter().filter(holds).collect();
         let places = shown.iter().map(|p| (x.place(p.x), y.place(p.y))).collect();
         (shown, places)
     }
@@ -362,7 +373,13 @@ impl Series {
         html! { polygon class={ "band " (self.role.class()) } points=(points(outline)) {} }
     }
 
-    fn drawn(&self, x_along: &Along, y_along: &Along, axes: [&Axis; 2], is_dashed: bool) -> Markup {
+    fn drawn(
+        &self,
+        x_along: &Along,
+        y_along: &Along,
+        axes: [&ChartAxis; 2],
+        is_dashed: bool,
+    ) -> Markup {
         let (x, y) = (x_along, y_along);
         if self.mark == Mark::Band {
             return html! {};
@@ -397,9 +414,9 @@ impl Series {
     }
 
     /// What a point is, in words: shown where one points at it.
-    fn told(&self, point: &Point, [x, y]: [(&Axis, &Along); 2]) -> String {
+    fn told(&self, point: &ChartPoint, [x, y]: [(&ChartAxis, &Along); 2]) -> String {
         let name = if self.label.is_empty() { "" } else { ": " };
-        let shown = |(axis, along): (&Axis, &Along), value: f64| {
+        let shown = |(axis, along): (&ChartAxis, &Along), value: f64| {
             format!("{} {}", axis.label, along.axis.shown(value))
         };
         let mut told = format!("{}{name}{}, {}", self.label, shown(x, point.x), shown(y, point.y));
@@ -548,9 +565,9 @@ mod tests {
     fn of_two_curves_in_one_place_the_second_is_dashed() {
         let line = |by: f64| (0..9).map(move |x| (f64::from(x), f64::from(x * x) + by));
         let panel = |by| {
-            Panel::new(Axis::linear("", "x"), Axis::linear("", "y"))
-                .with("one", Role::Counts, Mark::Line, line(0.0))
-                .with("other", Role::Fit, Mark::Line, line(by))
+            Panel::new(ChartAxis::linear("", "x"), ChartAxis::linear("", "y"))
+                .with("one", DrawingRole::Counts, Mark::Line, line(0.0))
+                .with("other", DrawingRole::Fit, Mark::Line, line(by))
         };
         for (by, is_dashed) in [(0.0, true), (0.1, true), (10.0, false)] {
             let drawn = panel(by).drawn(&OF_PAGE).1.into_string();
@@ -561,12 +578,12 @@ mod tests {
 
     #[test]
     fn marks_that_are_one_to_the_eye_have_one_name() {
-        let panel = Panel::new(Axis::linear("", "x"), Axis::linear("", "y"))
-            .with("", Role::Counts, Mark::Line, [(0.0, 0.0), (100.0, 1.0)])
+        let panel = Panel::new(ChartAxis::linear("", "x"), ChartAxis::linear("", "y"))
+            .with("", DrawingRole::Counts, Mark::Line, [(0.0, 0.0), (100.0, 1.0)])
             .marked(vec![
-                (50.0, "truth", Role::Truth),
-                (50.1, "phase", Role::Phase),
-                (60.0, "fit", Role::Fit),
+                (50.0, "truth", DrawingRole::Truth),
+                (50.1, "phase", DrawingRole::Phase),
+                (60.0, "fit", DrawingRole::Fit),
             ]);
         let drawn = panel.drawn(&OF_PAGE).1.into_string();
         assert!(drawn.contains(">truth, phase<") && drawn.contains(">fit<"), "{drawn}");
@@ -595,9 +612,9 @@ mod tests {
 
     #[test]
     fn a_plot_of_one_point_is_still_a_plot() {
-        let panel = Panel::new(Axis::linear("", "x"), Axis::log("", "y < 1"))
-            .with("", Role::Counts, Mark::LineAndDots, [(1.0, 2.0), (2.0, f64::NAN)])
-            .marked(vec![(1.0, "here", Role::Truth)]);
+        let panel = Panel::new(ChartAxis::linear("", "x"), ChartAxis::log("", "y < 1"))
+            .with("", DrawingRole::Counts, Mark::LineAndDots, [(1.0, 2.0), (2.0, f64::NAN)])
+            .marked(vec![(1.0, "here", DrawingRole::Truth)]);
         let chart = Chart { title: "a < b & \"c\"".to_owned(), panels: vec![panel.clone()] };
         let figure = panel.figure("one".to_owned(), chart.title.clone(), String::new());
         for svg in [figure.markup().into_string(), chart.svg()] {
@@ -610,10 +627,10 @@ mod tests {
     #[test]
     fn bars_have_caps_and_stay_on_the_axis() {
         assert_eq!(bar(10.0, [20.0, 5.5], 6.0), "M10,20 V5.5 M4,20 h12 M4,5.5 h12");
-        let point = Point { x: 1.0, y: 10.0, interval: Some((0.0, 20.0)) };
-        let mut panel = Panel::new(Axis::linear("", "x"), Axis::log("", "y"));
+        let point = ChartPoint { x: 1.0, y: 10.0, interval: Some((0.0, 20.0)) };
+        let mut panel = Panel::new(ChartAxis::linear("", "x"), ChartAxis::log("", "y"));
         let (mark, label) = (Mark::Dots, String::new());
-        panel.series.push(Series { label, mark, role: Role::Counts, points: vec![point] });
+        panel.series.push(Series { label, mark, role: DrawingRole::Counts, points: vec![point] });
         let (_, drawn) = panel.drawn(&OF_PAGE);
         // Down to the frame, not to the zero that has no logarithm.
         assert!(drawn.into_string().contains(&format!(",{} V", coordinate(300.0 - BOTTOM))));

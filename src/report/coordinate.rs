@@ -2,7 +2,7 @@
 
 /// How values are spread over an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
+pub enum AxisScale {
     /// Evenly.
     Linear,
     /// By their logarithm; what is not positive is not drawn.
@@ -11,30 +11,30 @@ pub enum Scale {
 
 /// An axis; its range is that of the data.
 #[derive(Debug, Clone)]
-pub struct Axis {
+pub struct ChartAxis {
     /// The column of a table that it shows.
     pub column: String,
     /// What it shows, and in brackets the unit, into which the column's is converted.
     pub label: String,
     /// How values are spread.
-    pub scale: Scale,
+    pub scale: AxisScale,
 }
 
-impl Axis {
+impl ChartAxis {
     /// An axis that is divided evenly.
-    pub fn linear(column: impl Into<String>, label: impl Into<String>) -> Axis {
-        Axis { column: column.into(), label: label.into(), scale: Scale::Linear }
+    pub fn linear(column: impl Into<String>, label: impl Into<String>) -> ChartAxis {
+        ChartAxis { column: column.into(), label: label.into(), scale: AxisScale::Linear }
     }
 
     /// An axis that is divided by ratios, which shows sizes without sign.
-    pub fn log(column: impl Into<String>, label: impl Into<String>) -> Axis {
-        Axis { scale: Scale::Log, ..Axis::linear(column, label) }
+    pub fn log(column: impl Into<String>, label: impl Into<String>) -> ChartAxis {
+        ChartAxis { scale: AxisScale::Log, ..ChartAxis::linear(column, label) }
     }
 }
 
 /// A point, with an interval where its value is uncertain.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
+pub struct ChartPoint {
     /// Where it stands.
     pub x: f64,
     /// Its value.
@@ -46,15 +46,15 @@ pub struct Point {
 /// Where values stand along an axis, which has ticks at 1, 2 or 5 times a power of ten.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Coordinate {
-    scale: Scale,
+    scale: AxisScale,
     low: f64,
     high: f64,
 }
 
 impl Coordinate {
     /// The range of `values`, and `margin` times as much below and above.
-    pub fn of(scale: Scale, margin: f64, values: impl Iterator<Item = f64>) -> Coordinate {
-        let drawn = values.filter(|&v| v.is_finite() && (scale == Scale::Linear || v > 0.0));
+    pub fn of(scale: AxisScale, margin: f64, values: impl Iterator<Item = f64>) -> Coordinate {
+        let drawn = values.filter(|&v| v.is_finite() && (scale == AxisScale::Linear || v > 0.0));
         let (low, high) = drawn
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         let (low, high) = if low > high { (1.0, 1.0) } else { (low, high) };
@@ -65,7 +65,7 @@ impl Coordinate {
     }
 
     pub fn holds(&self, v: f64) -> bool {
-        v.is_finite() && (self.scale == Scale::Linear || v > 0.0)
+        v.is_finite() && (self.scale == AxisScale::Linear || v > 0.0)
     }
 
     pub fn clamp(&self, v: f64) -> f64 {
@@ -75,8 +75,8 @@ impl Coordinate {
     /// Ticks, at most about so many.
     pub fn ticks(&self, most: usize) -> Vec<f64> {
         match self.scale {
-            Scale::Linear => self.linear_ticks(most),
-            Scale::Log => self.log_ticks(most),
+            AxisScale::Linear => self.linear_ticks(most),
+            AxisScale::Log => self.log_ticks(most),
         }
     }
 
@@ -121,17 +121,17 @@ impl Coordinate {
     }
 }
 
-fn place(scale: Scale, value: f64) -> f64 {
+fn place(scale: AxisScale, value: f64) -> f64 {
     match scale {
-        Scale::Linear => value,
-        Scale::Log => value.log10(),
+        AxisScale::Linear => value,
+        AxisScale::Log => value.log10(),
     }
 }
 
-fn value(scale: Scale, place: f64) -> f64 {
+fn value(scale: AxisScale, place: f64) -> f64 {
     match scale {
-        Scale::Linear => place,
-        Scale::Log => 10f64.powf(place),
+        AxisScale::Linear => place,
+        AxisScale::Log => 10f64.powf(place),
     }
 }
 
@@ -139,31 +139,31 @@ fn value(scale: Scale, place: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn coordinate(scale: Scale, low: f64, high: f64) -> Coordinate {
+    fn coordinate(scale: AxisScale, low: f64, high: f64) -> Coordinate {
         Coordinate { scale, low, high }
     }
 
     #[test]
     fn ticks_are_round_numbers_within_the_range() {
-        let linear = coordinate(Scale::Linear, -0.3, 1.05);
+        let linear = coordinate(AxisScale::Linear, -0.3, 1.05);
         assert_eq!(linear.linear_ticks(5), [0.0, 0.5, 1.0]);
-        let log = coordinate(Scale::Log, 0.4, 30.0);
+        let log = coordinate(AxisScale::Log, 0.4, 30.0);
         assert_eq!(log.log_ticks(10), [0.5, 1.0, 2.0, 5.0, 10.0, 20.0]);
         assert_eq!(linear.shown(0.1 + 0.2), "0.3");
     }
 
     #[test]
     fn a_decade_has_the_same_width_everywhere_on_a_log_axis() {
-        let log = coordinate(Scale::Log, 0.1, 100.0);
+        let log = coordinate(AxisScale::Log, 0.1, 100.0);
         let at = [0.1, 1.0, 10.0, 100.0].map(|v| (300.0 * log.share(v)).round());
         assert_eq!(at, [0.0, 100.0, 200.0, 300.0]);
     }
 
     #[test]
     fn values_without_logarithm_and_lone_values_still_give_an_axis() {
-        let log = Coordinate::of(Scale::Log, 0.0, [0.0, -1.0, 10.0].into_iter());
+        let log = Coordinate::of(AxisScale::Log, 0.0, [0.0, -1.0, 10.0].into_iter());
         assert!(log.low < 10.0 && log.high > 10.0 && !log.holds(0.0));
-        let empty = Coordinate::of(Scale::Linear, 0.0, std::iter::empty());
+        let empty = Coordinate::of(AxisScale::Linear, 0.0, std::iter::empty());
         assert!(empty.low < empty.high);
     }
 }

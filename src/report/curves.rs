@@ -158,7 +158,7 @@ impl Points {
 ///
 /// # Errors
 /// Why it is not known.
-pub(super) fn integration(sensor: &Sensor, curves: IntegrationCurves) -> Result<Figure, String> {
+pub(super) fn integration(sensor: &Sensor, curves: IntegrationCurves) -> Result<SvgFigure, String> {
     let detector = curves.detector;
     let Points { rms, scatter, bound, kind } = curves.points?;
     let here = sensor.timing().integration_ps() * 1e-6;
@@ -177,10 +177,10 @@ pub(super) fn integration(sensor: &Sensor, curves: IntegrationCurves) -> Result<
         words(&rms, &bound, here)
     );
     let fit = format!("model fit, {}", kind.unwrap_or(BoundKind::CramerRao).name());
-    let panel = Panel::new(Axis::log("", along), Axis::log("", "error (mm)"))
-        .with("phase, bias and scatter", Role::Phase, Mark::LineAndDots, rms)
-        .with("phase, scatter alone", Role::Expected, Mark::LineAndDots, scatter)
-        .with(&fit, Role::Bound, Mark::LineAndDots, bound);
+    let panel = Panel::new(ChartAxis::log("", along), ChartAxis::log("", "error (mm)"))
+        .with("phase, bias and scatter", DrawingRole::Phase, Mark::LineAndDots, rms)
+        .with("phase, scatter alone", DrawingRole::Expected, Mark::LineAndDots, scatter)
+        .with(&fit, DrawingRole::Bound, Mark::LineAndDots, bound);
     Ok(panel.figure(format!("integration-{detector}"), title, description))
 }
 
@@ -200,18 +200,24 @@ fn words(rms: &[(f64, f64)], bound: &[(f64, f64)], here: f64) -> String {
 
 /// How well a simulation knows the mean error after so long: its standard error against
 /// run time, tier by tier. The Verilog's speed is that of this run.
-pub(super) fn run_time(sensor: &Sensor, cosim: &cosim::Report, std_m: f64) -> Option<Figure> {
+pub(super) fn run_time(sensor: &Sensor, cosim: &cosim::Report, std_m: f64) -> Option<SvgFigure> {
     // What photons take, whatever becomes of their counts.
     let sensor = &sensor.estimated_by(EstimatorKind::Fft);
     let verilog_s = cosim.clocks as f64 / cosim.clocks_per_s;
     let is_timed = cosim.clocks_per_s > 0.0 && cosim.verdict == cosim::Verdict::Match;
     let tiers = [
-        ("events (continuous time)", Role::Other(0), forecast::seconds(sensor, Tier::Events, 1)),
-        ("sampled", Role::Other(1), forecast::seconds(sensor, Tier::Sampled, 1)),
-        ("Verilog (this run)", Role::Other(2), is_timed.then_some(verilog_s)),
+        (
+            "events (continuous time)",
+            DrawingRole::Other(0),
+            forecast::seconds(sensor, Tier::Events, 1),
+        ),
+        ("sampled", DrawingRole::Other(1), forecast::seconds(sensor, Tier::Sampled, 1)),
+        ("Verilog (this run)", DrawingRole::Other(2), is_timed.then_some(verilog_s)),
     ];
-    let mut panel =
-        Panel::new(Axis::log("", "run time (s)"), Axis::log("", "standard error of the bias (mm)"));
+    let mut panel = Panel::new(
+        ChartAxis::log("", "run time (s)"),
+        ChartAxis::log("", "standard error of the bias (mm)"),
+    );
     let mut told = Vec::new();
     for (name, role, scan_s) in tiers {
         let Some(scan_s) = scan_s else { continue };

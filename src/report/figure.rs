@@ -4,7 +4,7 @@
 use super::prelude::*;
 
 /// A drawing.
-pub(super) struct Figure {
+pub(super) struct SvgFigure {
     /// Unique on the page: letters, digits and hyphens.
     pub id: String,
     /// What it is.
@@ -19,7 +19,7 @@ pub(super) struct Figure {
     pub content: Markup,
 }
 
-impl Figure {
+impl SvgFigure {
     /// With its title above.
     pub fn markup(&self) -> Markup {
         let (title, description) = (format!("{}-title", self.id), format!("{}-desc", self.id));

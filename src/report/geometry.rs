@@ -15,11 +15,11 @@ const MOST_PATHS: usize = 16;
 const LONGEST: usize = 16;
 
 /// Draws the light of a scene.
-pub(super) fn figure(scene: &Scene) -> Figure {
+pub(super) fn figure(scene: &Scene) -> SvgFigure {
     let paths = drawn(scene);
     let boxes = Boxes::of(scene);
     let height = boxes.number().max(paths.len() + 1) as f64 * PITCH + 10.0;
-    Figure {
+    SvgFigure {
         id: "geometry".to_owned(),
         title: "Light: lasers, targets, detectors".to_owned(),
         description: description(scene),

@@ -3,7 +3,7 @@
 use super::columns::{bit_rate, row};
 use super::plan::row;
 use super::prelude::*;
-use crate::study::limits::{Change, Limit, Limits, Performance};
+use crate::study::limits::{KeyChange, Limit, Limits, Performance};
 
 /// Changes of less are within what theory rounds.
 const LEAST_CHANGE: f64 = 5e-4;
@@ -133,7 +133,7 @@ fn changes(limits: &Limits) -> Vec<Vec<String>> {
         None => "-".to_owned(),
     };
     let heading = ["key", "bias", "scatter, mm", "error", "bound", "beside"].map(str::to_owned);
-    let of_change = |change: &Change| {
+    let of_change = |change: &KeyChange| {
         let expected = &change.expected;
         let mm = |metres: Option<f64>, signed| match metres {
             Some(metres) => millimetres(metres, signed).replace(" mm", ""),

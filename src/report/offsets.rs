@@ -1,7 +1,7 @@
 //! What the estimators are off by, in millimetres: beside the truth, which is one line with them on the
 //! scale of the counts.
 
-use super::coordinate::Scale;
+use super::coordinate::AxisScale;
 use super::prelude::*;
 
 const WIDTH: f64 = 480.0;
@@ -17,7 +17,7 @@ const HALF: f64 = 9.0;
 /// What one estimator says, in millimetres from the truth.
 struct Offset {
     name: &'static str,
-    role: Role,
+    role: DrawingRole,
     error_mm: f64,
     /// Expected mean and standard deviation.
     expected_mm: Option<(f64, f64)>,
@@ -29,8 +29,8 @@ impl Offset {
         Some(Offset {
             name: estimator_name(estimate.estimator),
             role: match estimate.estimator {
-                EstimatorKind::Fft => Role::Phase,
-                EstimatorKind::Model => Role::Fit,
+                EstimatorKind::Fft => DrawingRole::Phase,
+                EstimatorKind::Model => DrawingRole::Fit,
             },
             error_mm: estimate.error_m? * 1e3,
             expected_mm: expected.map(|(bias_m, std_m)| (bias_m * 1e3, std_m * 1e3)),
@@ -55,7 +55,7 @@ impl Offset {
 }
 
 /// Both estimates of a detector; none where neither is known beside a truth.
-pub(super) fn figure(detector: DetectorIndex, both: &BothEstimates) -> Option<Figure> {
+pub(super) fn figure(detector: DetectorIndex, both: &BothEstimates) -> Option<SvgFigure> {
     let offsets: Vec<Offset> = both.in_order().into_iter().filter_map(Offset::of).collect();
     if offsets.is_empty() {
         return None;
@@ -64,11 +64,11 @@ pub(super) fn figure(detector: DetectorIndex, both: &BothEstimates) -> Option<Fi
         let interval = offset.interval_mm().unwrap_or([offset.error_mm; 2]);
         [offset.error_mm, interval[0], interval[1]]
     });
-    let axis = Coordinate::of(Scale::Linear, 0.05, ends.chain([0.0]));
+    let axis = Coordinate::of(AxisScale::Linear, 0.05, ends.chain([0.0]));
     let place = |mm: f64| LEFT + axis.share(mm) * (WIDTH - LEFT - RIGHT);
     let bottom = TOP + ROW * offsets.len() as f64;
     let told: Vec<String> = offsets.iter().map(Offset::told).collect();
-    Some(Figure {
+    Some(SvgFigure {
         id: format!("offsets-{detector}"),
         title: format!("Estimates of {}, from the truth", both.own.detector),
         description: format!("{}.", told.join(". ")),
@@ -80,7 +80,7 @@ pub(super) fn figure(detector: DetectorIndex, both: &BothEstimates) -> Option<Fi
                     y1=(coordinate(TOP)) y2=(coordinate(bottom)) {}
                 (label(place(tick), bottom + 16.0, "middle", &axis.shown(tick)))
             }
-            line class={ "mark " (Role::Truth.class()) } x1=(coordinate(place(0.0))) x2=(coordinate(place(0.0)))
+            line class={ "mark " (DrawingRole::Truth.class()) } x1=(coordinate(place(0.0))) x2=(coordinate(place(0.0)))
                 y1=(coordinate(TOP)) y2=(coordinate(bottom)) {}
             (label(place(0.0), TOP - 8.0, "middle small", "truth"))
             @for (number, (offset, told)) in offsets.iter().zip(&told).enumerate() {

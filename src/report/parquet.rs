@@ -15,7 +15,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{Type, TypePtr};
 
-use super::table::{Column, Kind, Table, Value};
+use super::table::{ColumnKind, Table, TableColumn, TableValue};
 
 /// What is kept under `goldtof` for every reader, and where pandas keeps what it gives as
 /// `DataFrame.attrs`.
@@ -80,12 +80,14 @@ fn group(
 }
 
 fn schema(table: &Table, name: &str) -> Result<TypePtr, ParquetError> {
-    let field = |column: &Column| -> Result<TypePtr, ParquetError> {
+    let field = |column: &TableColumn| -> Result<TypePtr, ParquetError> {
         let (physical, logical) = match column.kind {
-            Kind::Integer => (Physical::INT64, None),
-            Kind::Number => (Physical::DOUBLE, None),
-            Kind::Truth => (Physical::BOOLEAN, None),
-            Kind::Text | Kind::Quoted => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+            ColumnKind::Integer => (Physical::INT64, None),
+            ColumnKind::Number => (Physical::DOUBLE, None),
+            ColumnKind::Truth => (Physical::BOOLEAN, None),
+            ColumnKind::Text | ColumnKind::Quoted => {
+                (Physical::BYTE_ARRAY, Some(LogicalType::String))
+            }
         };
         let field = Type::primitive_type_builder(&column.name, physical)
             .with_repetition(Repetition::OPTIONAL)
@@ -103,18 +105,18 @@ fn fill(
     writer: &mut SerializedColumnWriter<'_>,
 ) -> Result<(), ParquetError> {
     match table.columns[place].kind {
-        Kind::Integer => column::<Int64Type>(table, place, writer, |value| match value {
-            Value::Integer(number) => Some(*number),
+        ColumnKind::Integer => column::<Int64Type>(table, place, writer, |value| match value {
+            TableValue::Integer(number) => Some(*number),
             _ => None,
         }),
-        Kind::Number => column::<DoubleType>(table, place, writer, Value::number),
-        Kind::Truth => column::<BoolType>(table, place, writer, |value| match value {
-            Value::Truth(truth) => Some(*truth),
+        ColumnKind::Number => column::<DoubleType>(table, place, writer, TableValue::number),
+        ColumnKind::Truth => column::<BoolType>(table, place, writer, |value| match value {
+            TableValue::Truth(truth) => Some(*truth),
             _ => None,
         }),
-        Kind::Text | Kind::Quoted => {
+        ColumnKind::Text | ColumnKind::Quoted => {
             column::<ByteArrayType>(table, place, writer, |value| match value {
-                Value::Text(text) if !text.is_empty() => Some(ByteArray::from(text.as_str())),
+                TableValue::Text(text) if !text.is_empty() => Some(ByteArray::from(text.as_str())),
                 _ => None,
             })
         }
@@ -125,7 +127,7 @@ fn column<D: DataType>(
     table: &Table,
     place: usize,
     writer: &mut SerializedColumnWriter<'_>,
-    value: impl Fn(&Value) -> Option<D::T>,
+    value: impl Fn(&TableValue) -> Option<D::T>,
 ) -> Result<(), ParquetError> {
     let values = table.rows.iter().map(|row| value(&row.values[place]));
     let values: Vec<Option<D::T>> = values.collect();
@@ -214,7 +216,7 @@ mod tests {
         let whole = [i64::MIN, -1, 0, i64::MAX];
         let mut table = Table::of(&whole).column("whole", |_| 0_u64).table();
         for (row, number) in table.rows.iter_mut().zip(whole) {
-            row.values[0] = Value::Integer(number);
+            row.values[0] = TableValue::Integer(number);
         }
         let rows = fields(&table).into_iter().flatten();
         assert_eq!(rows.collect::<Vec<_>>(), whole.map(Field::Long));

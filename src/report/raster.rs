@@ -4,8 +4,8 @@
 //! (B. Ottosson, *A perceptual color space for image processing*, 2020). The lightness alone orders
 //! those from least to most, so that they are read without colour vision, and printed in grey.
 
-use super::coordinate::{Coordinate, Scale as Axis};
-use crate::image::{Map, NamedMap, Scale};
+use super::coordinate::{AxisScale, Coordinate};
+use crate::image::{Map, MapScale, NamedMap};
 
 /// Colours of a scale.
 const COLOURS: usize = 240;
@@ -37,7 +37,7 @@ struct Colouring {
     unit: Unit,
     /// In the unit.
     axis: Coordinate,
-    scale: Axis,
+    scale: AxisScale,
 }
 
 /// A unit in which numbers are short.
@@ -54,14 +54,14 @@ impl Colouring {
         let most = low.abs().max(high.abs());
         let unit = unit(named.name, most);
         let (low, high) = match named.scale {
-            Scale::Share => (0.0, 1.0),
-            Scale::Signed => (-most, most),
-            Scale::Range | Scale::Logarithmic => (low, high),
+            MapScale::Share => (0.0, 1.0),
+            MapScale::Signed => (-most, most),
+            MapScale::Range | MapScale::Logarithmic => (low, high),
         };
         let (low, high) = (low * unit.per_base, high * unit.per_base);
         let scale = match named.scale {
-            Scale::Logarithmic if low > 0.0 && high > 3.0 * low => Axis::Log,
-            _ => Axis::Linear,
+            MapScale::Logarithmic if low > 0.0 && high > 3.0 * low => AxisScale::Log,
+            _ => AxisScale::Linear,
         };
         // A map that is the same everywhere has a scale all the same.
         let spread = (high - low).max(1e-6 * high.abs()).max(1e-12);
@@ -83,7 +83,7 @@ impl Colouring {
 
     /// Numbers at the bar, in the unit: of a scale by orders of magnitude 1, 2 and 5 of each.
     fn ticks(&self) -> Vec<f64> {
-        self.axis.ticks(if self.scale == Axis::Log { usize::MAX } else { 5 })
+        self.axis.ticks(if self.scale == AxisScale::Log { usize::MAX } else { 5 })
     }
 }
 
@@ -173,11 +173,11 @@ impl Canvas {
 }
 
 /// The colours of a scale, and behind them ground, ink, and what has no number.
-fn palette(scale: Scale) -> Vec<[u8; 3]> {
+fn palette(scale: MapScale) -> Vec<[u8; 3]> {
     let scale = (0..COLOURS).map(|number| {
         let place = number as f64 / (COLOURS - 1) as f64;
         match scale {
-            Scale::Signed => {
+            MapScale::Signed => {
                 let (side, from_middle) = (place >= 0.5, (2.0 * place - 1.0).abs());
                 let hue = if side { 30.0 } else { 255.0 };
                 srgb(0.96 - 0.5 * from_middle, 0.17 * from_middle, hue)
@@ -286,13 +286,13 @@ mod tests {
     #[test]
     fn colours_are_ordered_by_their_lightness() {
         let colours: Vec<f64> =
-            palette(Scale::Range)[..COLOURS].iter().copied().map(lightness).collect();
+            palette(MapScale::Range)[..COLOURS].iter().copied().map(lightness).collect();
         let tenth = COLOURS / 10;
         let steps: Vec<f64> =
             (1..10).map(|n| colours[n * tenth] - colours[(n - 1) * tenth]).collect();
         assert!(steps.iter().all(|step| (4.0..12.0).contains(step)), "{steps:?}");
         let signed: Vec<f64> =
-            palette(Scale::Signed)[..COLOURS].iter().copied().map(lightness).collect();
+            palette(MapScale::Signed)[..COLOURS].iter().copied().map(lightness).collect();
         assert!(signed[0] < 50.0 && signed[COLOURS - 1] < 50.0 && signed[COLOURS / 2] > 90.0);
         assert!((signed[10] - signed[COLOURS - 11]).abs() < 5.0);
     }
@@ -301,7 +301,7 @@ mod tests {
     fn a_picture_has_its_pixels_where_they_are() {
         let values = vec![0.0, 1.0, f64::NAN, 2.0];
         let map = Map::new(2, values);
-        let named = NamedMap { name: "depth_m", meaning: "depth", scale: Scale::Range, map };
+        let named = NamedMap { name: "depth_m", meaning: "depth", scale: MapScale::Range, map };
         let picture = picture(&named);
         assert_eq!(picture.pixels.len(), picture.width * picture.height);
         let top = 2 * MARGIN + LETTER_HEIGHT;
@@ -327,8 +327,8 @@ mod tests {
             let colouring = Colouring::of(&NamedMap { name, meaning: "", scale, map });
             colouring.ticks().iter().map(|t| short(*t)).collect::<Vec<_>>()
         };
-        assert_eq!(shown("error_m", Scale::Signed, 1.0, 3.3), ["-2", "0", "2"]);
-        assert_eq!(shown("depth_m", Scale::Range, 2.9, 3.45), ["3", "3.2", "3.4"]);
-        assert_eq!(shown("rate_cps", Scale::Logarithmic, 3.2, 63.0), ["5", "10", "20", "50"]);
+        assert_eq!(shown("error_m", MapScale::Signed, 1.0, 3.3), ["-2", "0", "2"]);
+        assert_eq!(shown("depth_m", MapScale::Range, 2.9, 3.45), ["3", "3.2", "3.4"]);
+        assert_eq!(shown("rate_cps", MapScale::Logarithmic, 3.2, 63.0), ["5", "10", "20", "50"]);
     }
 }

@@ -1,6 +1,6 @@
 //! Counts over what is expected of them, and what is left.
 
-use super::chart::{Chart, Point};
+use super::chart::{Chart, ChartPoint};
 use super::prelude::*;
 use crate::recorded::{Assessment, BinResidual, HITS_OF_A_SUM, StepResidual};
 
@@ -86,22 +86,22 @@ impl Residuals {
         let band = self.within(from, to).map(|one| {
             let half = BAND_IN_STD * one.std;
             let interval = Some((one.expected - half, one.expected + half));
-            Point { x: one.x, y: one.expected, interval }
+            ChartPoint { x: one.x, y: one.expected, interval }
         });
         let expected = self.within(from, to).map(|one| (one.x, one.expected));
         let counts = self.within(from, to).map(|one| (one.x, one.count));
-        Panel::new(Axis::linear("", &self.along), Axis::linear("", "count"))
-            .with_points("", Role::Expected, Mark::Band, band.collect())
-            .with("expected, \u{b1}2 std", Role::Expected, Mark::Line, expected)
-            .with(whose, Role::Counts, Mark::Dots, counts)
+        Panel::new(ChartAxis::linear("", &self.along), ChartAxis::linear("", "count"))
+            .with_points("", DrawingRole::Expected, Mark::Band, band.collect())
+            .with("expected, \u{b1}2 std", DrawingRole::Expected, Mark::Line, expected)
+            .with(whose, DrawingRole::Counts, Mark::Dots, counts)
     }
 
     /// Residuals, from one place to another.
     pub fn residuals(&self, from: f64, to: f64) -> Panel {
         let shown = self.within(from, to).map(|one| (one.x, one.residual_in_std));
-        let axis = Axis::linear("", "residual (standard deviations)");
-        Panel::new(Axis::linear("", &self.along), axis)
-            .with("", Role::Counts, Mark::Dots, shown)
+        let axis = ChartAxis::linear("", "residual (standard deviations)");
+        Panel::new(ChartAxis::linear("", &self.along), axis)
+            .with("", DrawingRole::Counts, Mark::Dots, shown)
             .limits(BAND_IN_STD, "standard deviations")
     }
 

@@ -2,7 +2,7 @@
 
 /// What is drawn, by what it means: each has its colour, the same in every figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
+pub enum DrawingRole {
     /// What was counted, or simulated.
     Counts,
     /// The phase estimator.
@@ -33,18 +33,18 @@ const COLOURS: [[&str; 2]; 7] = [
 /// Of several of a kind: none twice, and that of the truth last.
 pub(super) const OF_A_KIND: [usize; 7] = [0, 1, 2, 3, 4, 6, 5];
 
-impl Role {
+impl DrawingRole {
     /// What a name tells.
-    pub(super) fn named(name: &str) -> Option<Role> {
+    pub(super) fn named(name: &str) -> Option<DrawingRole> {
         let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
         if has(&["bound"]) {
-            Some(Role::Bound)
+            Some(DrawingRole::Bound)
         } else if has(&["expected", "exact"]) {
-            Some(Role::Expected)
+            Some(DrawingRole::Expected)
         } else if name.starts_with("phase") {
-            Some(Role::Phase)
+            Some(DrawingRole::Phase)
         } else {
-            name.starts_with("model").then_some(Role::Fit)
+            name.starts_with("model").then_some(DrawingRole::Fit)
         }
     }
 
@@ -56,13 +56,13 @@ impl Role {
     /// Number of its colour.
     pub(super) fn colour(self) -> usize {
         match self {
-            Role::Counts => 0,
-            Role::Phase => 1,
-            Role::Fit => 2,
-            Role::Bound => 3,
-            Role::Expected => 4,
-            Role::Truth => 5,
-            Role::Other(number) => OF_A_KIND[number % OF_A_KIND.len()],
+            DrawingRole::Counts => 0,
+            DrawingRole::Phase => 1,
+            DrawingRole::Fit => 2,
+            DrawingRole::Bound => 3,
+            DrawingRole::Expected => 4,
+            DrawingRole::Truth => 5,
+            DrawingRole::Other(number) => OF_A_KIND[number % OF_A_KIND.len()],
         }
     }
 }
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn people_of_any_colour_vision_tell_the_roles_apart_on_either_ground() {
-        use Role::{Bound, Counts, Expected, Fit, Phase, Truth};
+        use DrawingRole::{Bound, Counts, Expected, Fit, Phase, Truth};
         let roles = [Counts, Phase, Fit, Bound, Expected, Truth];
         for (ground, behind) in [(0, ["#ffffff", "#f5f7fa"]), (1, ["#12161c", "#1a2029"])] {
             let colours = roles.map(|role| COLOURS[role.colour()][ground]);

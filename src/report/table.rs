@@ -3,13 +3,13 @@
 
 use serde_json::{Map, Number, Value as Json};
 
-use super::coordinate::{Axis, Point, Scale};
+use super::coordinate::{AxisScale, ChartAxis, ChartPoint};
 use crate::math::NORMAL_95;
 use crate::printable::csv_field;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ColumnKind {
     /// Whole numbers.
     Integer,
     /// Numbers.
@@ -24,18 +24,18 @@ pub enum Kind {
 
 /// A column of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Column {
+pub struct TableColumn {
     /// Its name; of numbers with a unit, with the unit.
     pub name: String,
     /// What it holds.
-    pub kind: Kind,
+    pub kind: ColumnKind,
     /// Unit of its numbers, where they have one.
     pub unit: Option<String>,
 }
 
 /// What a row has in a column.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Value {
+pub enum TableValue {
     /// Nothing.
     None,
     /// A whole number.
@@ -54,14 +54,14 @@ pub struct Row {
     /// Name of its curve.
     pub name: String,
     /// A value for each column.
-    pub values: Vec<Value>,
+    pub values: Vec<TableValue>,
 }
 
 /// Rows in columns.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
     /// The columns, in their order.
-    pub columns: Vec<Column>,
+    pub columns: Vec<TableColumn>,
     /// The rows, in theirs.
     pub rows: Vec<Row>,
 }
@@ -72,65 +72,65 @@ pub struct Table {
 pub struct Unreadable(String);
 
 /// What can stand in a column.
-pub trait Cell {
+pub trait TableCell {
     /// The kind of such a column.
-    const KIND: Kind;
+    const KIND: ColumnKind;
     /// What a row has there.
-    fn value(self) -> Value;
+    fn value(self) -> TableValue;
 }
 
 /// A text that is always in quotes.
 pub struct Quoted<'a>(pub &'a str);
 
-/// Implements [`Cell`].
+/// Implements [`TableCell`].
 macro_rules! cell {
     ($($type:ty: $kind:ident, $self:ident => $value:expr;)*) => {$(
-        impl Cell for $type {
-            const KIND: Kind = Kind::$kind;
-            fn value($self) -> Value { $value }
+        impl TableCell for $type {
+            const KIND: ColumnKind = ColumnKind::$kind;
+            fn value($self) -> TableValue { $value }
         }
     )*};
 }
 
 cell! {
-    f64: Number, self => Value::Number(self);
-    i64: Integer, self => Value::Integer(self);
-    u64: Integer, self => i64::try_from(self).map_or(Value::Number(self as f64), Value::Integer);
-    u32: Integer, self => Value::Integer(self.into());
-    bool: Truth, self => Value::Truth(self);
-    &str: Text, self => Value::Text(self.to_owned());
-    String: Text, self => Value::Text(self);
-    Quoted<'_>: Quoted, self => Value::Text(self.0.to_owned());
+    f64: Number, self => TableValue::Number(self);
+    i64: Integer, self => TableValue::Integer(self);
+    u64: Integer, self => i64::try_from(self).map_or(TableValue::Number(self as f64), TableValue::Integer);
+    u32: Integer, self => TableValue::Integer(self.into());
+    bool: Truth, self => TableValue::Truth(self);
+    &str: Text, self => TableValue::Text(self.to_owned());
+    String: Text, self => TableValue::Text(self);
+    Quoted<'_>: Quoted, self => TableValue::Text(self.0.to_owned());
 }
 
-impl<C: Cell> Cell for Option<C> {
-    const KIND: Kind = C::KIND;
-    fn value(self) -> Value {
-        self.map_or(Value::None, Cell::value)
+impl<C: TableCell> TableCell for Option<C> {
+    const KIND: ColumnKind = C::KIND;
+    fn value(self) -> TableValue {
+        self.map_or(TableValue::None, TableCell::value)
     }
 }
 
 /// A number and the ends of its interval, where it has one.
-pub trait Spread {
+pub trait WithInterval {
     /// The number, lower end, upper end.
     fn spread(self) -> [Option<f64>; 3];
 }
 
-impl Spread for f64 {
+impl WithInterval for f64 {
     fn spread(self) -> [Option<f64>; 3] {
         [Some(self), None, None]
     }
 }
 
-impl Spread for [Option<f64>; 3] {
+impl WithInterval for [Option<f64>; 3] {
     fn spread(self) -> [Option<f64>; 3] {
         self
     }
 }
 
-impl<S: Spread> Spread for Option<S> {
+impl<S: WithInterval> WithInterval for Option<S> {
     fn spread(self) -> [Option<f64>; 3] {
-        self.map_or([None; 3], Spread::spread)
+        self.map_or([None; 3], WithInterval::spread)
     }
 }
 
@@ -150,8 +150,12 @@ pub struct Columns<'a, T> {
 
 impl<'a, T> Columns<'a, T> {
     /// Declares a column.
-    pub fn column<C: Cell>(mut self, name: &str, value: impl Fn(&'a T) -> C) -> Columns<'a, T> {
-        self.table.columns.push(Column::new(name, C::KIND));
+    pub fn column<C: TableCell>(
+        mut self,
+        name: &str,
+        value: impl Fn(&'a T) -> C,
+    ) -> Columns<'a, T> {
+        self.table.columns.push(TableColumn::new(name, C::KIND));
         for (row, of) in self.table.rows.iter_mut().zip(self.of) {
             row.values.push(value(of).value());
         }
@@ -160,7 +164,11 @@ impl<'a, T> Columns<'a, T> {
 
     /// Declares three: of numbers and of both ends of their intervals, `std_m`, `std_low_m` and
     /// `std_high_m`.
-    pub fn interval<S: Spread>(self, name: &str, value: impl Fn(&'a T) -> S) -> Columns<'a, T> {
+    pub fn interval<S: WithInterval>(
+        self,
+        name: &str,
+        value: impl Fn(&'a T) -> S,
+    ) -> Columns<'a, T> {
         let (stem, unit) = match name.strip_suffix("_m") {
             Some(stem) => (stem, "_m"),
             None => (name, ""),
@@ -173,48 +181,50 @@ impl<'a, T> Columns<'a, T> {
     /// The table, whose rows are named by its first column.
     pub fn table(mut self) -> Table {
         for row in &mut self.table.rows {
-            row.name = row.values.first().map_or_else(String::new, Value::text);
+            row.name = row.values.first().map_or_else(String::new, TableValue::text);
         }
         self.table
     }
 }
 
-impl Column {
+impl TableColumn {
     /// A column; its unit is the last part of its name.
-    pub fn new(name: &str, kind: Kind) -> Column {
+    pub fn new(name: &str, kind: ColumnKind) -> TableColumn {
         let unit = match name.rsplit('_').next() {
             Some(unit @ ("m" | "s")) => Some(unit),
             Some("cps") => Some("1/s"),
             _ => None,
         };
-        Column { name: name.to_owned(), kind, unit: unit.map(str::to_owned) }
+        TableColumn { name: name.to_owned(), kind, unit: unit.map(str::to_owned) }
     }
 
     /// What a field of a CSV file is here; none if it is nothing that the column holds.
-    pub fn read(&self, field: &str) -> Option<Value> {
+    pub fn read(&self, field: &str) -> Option<TableValue> {
         match self.kind {
-            Kind::Text | Kind::Quoted => Some(Value::Text(field.to_owned())),
-            _ if field.is_empty() => Some(Value::None),
-            Kind::Integer => field.parse().ok().map(Value::Integer),
-            Kind::Number => field.parse().ok().map(Value::Number),
-            Kind::Truth => field.parse().ok().map(Value::Truth),
+            ColumnKind::Text | ColumnKind::Quoted => Some(TableValue::Text(field.to_owned())),
+            _ if field.is_empty() => Some(TableValue::None),
+            ColumnKind::Integer => field.parse().ok().map(TableValue::Integer),
+            ColumnKind::Number => field.parse().ok().map(TableValue::Number),
+            ColumnKind::Truth => field.parse().ok().map(TableValue::Truth),
         }
     }
 
-    fn shown(&self, value: &Value) -> String {
+    fn shown(&self, value: &TableValue) -> String {
         match self.kind {
-            Kind::Quoted => format!("\"{}\"", value.text()),
+            ColumnKind::Quoted => format!("\"{}\"", value.text()),
             _ => csv_field(&value.csv()),
         }
     }
 }
 
-impl Value {
+impl TableValue {
     /// As CSV has it, without quotes: numbers in the fewest digits that read back to the same
     /// double, tiny and huge ones with an exponent.
     fn csv(&self) -> String {
         match *self {
-            Value::Number(number) if number != 0.0 && !(1e-4..1e15).contains(&number.abs()) => {
+            TableValue::Number(number)
+                if number != 0.0 && !(1e-4..1e15).contains(&number.abs()) =>
+            {
                 format!("{number:e}")
             }
             _ => self.text(),
@@ -224,31 +234,33 @@ impl Value {
     /// As people read it: numbers in the fewest digits that read back to the same double.
     pub fn text(&self) -> String {
         match self {
-            Value::None => String::new(),
-            Value::Integer(number) => number.to_string(),
-            Value::Number(number) => number.to_string(),
-            Value::Truth(truth) => truth.to_string(),
-            Value::Text(text) => text.clone(),
+            TableValue::None => String::new(),
+            TableValue::Integer(number) => number.to_string(),
+            TableValue::Number(number) => number.to_string(),
+            TableValue::Truth(truth) => truth.to_string(),
+            TableValue::Text(text) => text.clone(),
         }
     }
 
     /// Its number, if it is one.
     pub fn number(&self) -> Option<f64> {
         match *self {
-            Value::Integer(number) => Some(number as f64),
-            Value::Number(number) => Some(number),
+            TableValue::Integer(number) => Some(number as f64),
+            TableValue::Number(number) => Some(number),
             _ => None,
         }
     }
 
     fn json(&self) -> Json {
         match self {
-            Value::None => Json::Null,
-            Value::Integer(number) => Json::from(*number),
-            Value::Number(number) => Number::from_f64(*number).map_or(Json::Null, Json::Number),
-            Value::Truth(truth) => Json::from(*truth),
-            Value::Text(text) if text.is_empty() => Json::Null,
-            Value::Text(text) => Json::from(text.as_str()),
+            TableValue::None => Json::Null,
+            TableValue::Integer(number) => Json::from(*number),
+            TableValue::Number(number) => {
+                Number::from_f64(*number).map_or(Json::Null, Json::Number)
+            }
+            TableValue::Truth(truth) => Json::from(*truth),
+            TableValue::Text(text) if text.is_empty() => Json::Null,
+            TableValue::Text(text) => Json::from(text.as_str()),
         }
     }
 }
@@ -266,8 +278,8 @@ impl Table {
     }
 
     /// What a row has in a column.
-    pub fn value<'r>(&self, row: &'r Row, column: &str) -> &'r Value {
-        self.place(column).and_then(|place| row.values.get(place)).unwrap_or(&Value::None)
+    pub fn value<'r>(&self, row: &'r Row, column: &str) -> &'r TableValue {
+        self.place(column).and_then(|place| row.values.get(place)).unwrap_or(&TableValue::None)
     }
 
     /// The rows with a property.
@@ -278,7 +290,7 @@ impl Table {
 
     /// The rows that have something in a column.
     pub fn with(&self, column: &str) -> Table {
-        self.only(|table, row| *table.value(row, column) != Value::None)
+        self.only(|table, row| *table.value(row, column) != TableValue::None)
     }
 
     /// The same rows, of curves with other names.
@@ -302,9 +314,9 @@ impl Table {
             }
         }
         let number = self.columns.len();
-        self.rows.iter_mut().for_each(|row| row.values.resize(number, Value::None));
+        self.rows.iter_mut().for_each(|row| row.values.resize(number, TableValue::None));
         for row in &other.rows {
-            let value = |column: &Column| other.value(row, &column.name).clone();
+            let value = |column: &TableColumn| other.value(row, &column.name).clone();
             let values = self.columns.iter().map(value).collect();
             self.rows.push(Row { name: row.name.clone(), values });
         }
@@ -323,7 +335,12 @@ impl Table {
 
     /// The points of a curve in the units of the axes, in order of x. Texts along x stand side
     /// by side. A column of a value has its interval behind it: both ends, or a standard error.
-    pub(super) fn points(&self, name: &str, x: &Axis, (column, y): (&str, &Axis)) -> Vec<Point> {
+    pub(super) fn points(
+        &self,
+        name: &str,
+        x: &ChartAxis,
+        (column, y): (&str, &ChartAxis),
+    ) -> Vec<ChartPoint> {
         let (Some(at), Some(value)) = (self.place(&x.column), self.place(column)) else {
             return Vec::new();
         };
@@ -339,35 +356,35 @@ impl Table {
             let half = NORMAL_95 * number(row, value + 1).filter(|_| is_error)?;
             Some((middle - half, middle + half))
         };
-        let mut texts: Vec<&Value> = Vec::new();
+        let mut texts: Vec<&TableValue> = Vec::new();
         for found in self.rows.iter().map(|row| &row.values[at]) {
-            if matches!(found, Value::Text(_)) && !texts.contains(&found) {
+            if matches!(found, TableValue::Text(_)) && !texts.contains(&found) {
                 texts.push(found);
             }
         }
         let point = |row: &Row| {
             let found = &row.values[at];
             let x = match found {
-                Value::Text(_) => texts.iter().position(|text| *text == found)? as f64,
+                TableValue::Text(_) => texts.iter().position(|text| *text == found)? as f64,
                 _ => found.number()? * along,
             };
             let middle = number(row, value)?;
             // A size has no sign, and no end below zero.
-            let is_size = y.scale == Scale::Log && middle < 0.0;
+            let is_size = y.scale == AxisScale::Log && middle < 0.0;
             let (y, interval) = match (is_size, interval(row, middle)) {
                 (true, interval) => (-middle, interval.map(|(low, high)| (-high, -low))),
                 (false, interval) => (middle, interval),
             };
-            Some(Point { x, y, interval })
+            Some(ChartPoint { x, y, interval })
         };
         let named = self.rows.iter().filter(|row| row.name == name);
-        let mut points: Vec<Point> = named.filter_map(point).collect();
+        let mut points: Vec<ChartPoint> = named.filter_map(point).collect();
         points.sort_by(|a, b| a.x.total_cmp(&b.x));
         points
     }
 
     /// What turns a column's numbers into the unit in the brackets of an axis.
-    fn factor(&self, place: usize, axis: &Axis) -> f64 {
+    fn factor(&self, place: usize, axis: &ChartAxis) -> f64 {
         let shown = axis.label.split_once('(').map_or("", |(_, unit)| unit);
         let shown = shown.split([')', ' ']).next().unwrap_or_default();
         match (self.columns[place].unit.as_deref(), shown) {
@@ -421,11 +438,11 @@ impl Table {
             if record.len() != self.columns.len() {
                 return Err(Unreadable("it has other columns".to_owned()));
             }
-            let value = |(column, field): (&Column, &str)| {
+            let value = |(column, field): (&TableColumn, &str)| {
                 let problem = || format!("{} is \"{field}\", which is not a number", column.name);
                 column.read(field).ok_or_else(|| Unreadable(problem()))
             };
-            let values: Result<Vec<Value>, _> =
+            let values: Result<Vec<TableValue>, _> =
                 self.columns.iter().zip(&record).map(value).collect();
             self.rows.push(Row { name: String::new(), values: values? });
         }
@@ -488,15 +505,15 @@ mod tests {
 
     #[test]
     fn curves_have_the_units_of_their_axes_and_intervals() {
-        let x = Axis::linear("time_s", "time (ms)");
-        let points = |y: &Axis| table().points("gold", &x, ("bias_m", y));
-        let bias = Point { x: 1500.0, y: 250.0, interval: Some((-125.0, 500.0)) };
-        assert_eq!(points(&Axis::linear("bias_m", "bias (mm)")), [bias]);
-        assert_eq!(points(&Axis::linear("bias_m", "bias (m)"))[0].y, 0.25);
+        let x = ChartAxis::linear("time_s", "time (ms)");
+        let points = |y: &ChartAxis| table().points("gold", &x, ("bias_m", y));
+        let bias = ChartPoint { x: 1500.0, y: 250.0, interval: Some((-125.0, 500.0)) };
+        assert_eq!(points(&ChartAxis::linear("bias_m", "bias (mm)")), [bias]);
+        assert_eq!(points(&ChartAxis::linear("bias_m", "bias (m)"))[0].y, 0.25);
         // Without a place along x there is no point; of sizes there is no sign.
-        let by_name = Axis::linear("series", "");
-        let size = table().points("gold, again", &by_name, ("bias_m", &Axis::log("", "(mm)")));
-        assert_eq!(size, [Point { x: 1.0, y: 2000.0, interval: Some((2000.0, 2000.0)) }]);
+        let by_name = ChartAxis::linear("series", "");
+        let size = table().points("gold, again", &by_name, ("bias_m", &ChartAxis::log("", "(mm)")));
+        assert_eq!(size, [ChartPoint { x: 1.0, y: 2000.0, interval: Some((2000.0, 2000.0)) }]);
         assert!(table().points("gold, again", &x, ("bias_m", &by_name)).is_empty());
     }
 

@@ -8,10 +8,10 @@ use super::prelude::*;
 use crate::photons::DetectorModel;
 use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::photons::Photons;
-use crate::reference::predictor::{Reference, ReferenceError};
+use crate::reference::predictor::{ReferenceError, ReferenceModel};
 use crate::reference::stimulus::RESET_CLOCKS;
 use crate::sensor::layout::{Field, Layout};
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// Clocks that are drawn.
 const COLUMNS: u64 = 16;
@@ -32,14 +32,14 @@ const CHARACTER: f64 = 5.6;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Wave {
     /// The ports.
-    pub signal: Vec<Signal>,
+    pub signal: Vec<TimingSignal>,
     /// Title and number of the first clock.
     pub head: Head,
 }
 
 /// A port.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Signal {
+pub struct TimingSignal {
     /// Its name.
     pub name: String,
     /// A character for each clock: 0, 1, `=` for a new value, `.` for the same.
@@ -99,7 +99,7 @@ fn record(
     let layout = Layout::of(sensor.interface());
     let detectors = DetectorIndex::of(&sensor.scene().detectors);
     let models: Vec<_> = detectors.map(|d| DetectorModel::new(sensor, d)).collect();
-    let mut reference = Reference::new(sensor.interface().clone())?;
+    let mut reference = ReferenceModel::new(sensor.interface().clone())?;
     let mut photons = Photons::new(&models, sensor.interface(), seed);
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);
     let mut block = Block::default();
@@ -124,7 +124,7 @@ fn record(
 
 fn wave(sensor: &Sensor, title: &str, first: u64, rows: &[ClockRecord]) -> Wave {
     let layout = Layout::of(sensor.interface());
-    let mut signal = vec![Signal {
+    let mut signal = vec![TimingSignal {
         name: Layout::CLOCK.to_owned(),
         wave: ["p"].into_iter().chain((1..rows.len()).map(|_| ".")).collect(),
         data: Vec::new(),
@@ -150,7 +150,7 @@ fn shown(sensor: &Sensor, field: &Field, record: &[u64]) -> String {
     if field.port.width == 1 {
         return field.low_word(record).to_string();
     }
-    if field.port.role == Role::Data && interface.total().is_none() && field.port.width <= 64 {
+    if field.port.role == PortRole::Data && interface.total().is_none() && field.port.width <= 64 {
         let unused = u64::BITS - field.port.width;
         return ((field.low_word(record) << unused).cast_signed() >> unused).to_string();
     }
@@ -160,8 +160,8 @@ fn shown(sensor: &Sensor, field: &Field, record: &[u64]) -> String {
     digits[digits.len().saturating_sub(kept)..].to_owned()
 }
 
-fn signal_of(name: &str, width: u32, values: &[String]) -> Signal {
-    let mut signal = Signal {
+fn signal_of(name: &str, width: u32, values: &[String]) -> TimingSignal {
+    let mut signal = TimingSignal {
         name: match width {
             1 => name.to_owned(),
             width => format!("{name}[{}:0]", width - 1),
@@ -184,13 +184,13 @@ fn signal_of(name: &str, width: u32, values: &[String]) -> Signal {
 
 impl Wave {
     /// Draws it.
-    pub(super) fn figure(&self, id: &str) -> Figure {
+    pub(super) fn figure(&self, id: &str) -> SvgFigure {
         let columns = self.signal.iter().map(|signal| signal.wave.len()).max();
         let columns = columns.unwrap_or(1).max(1);
         let column = (WIDTH - NAMES - 6.0) / columns as f64;
         let height = TOP + ROW * self.signal.len() as f64 + 4.0;
         let names: Vec<&str> = self.signal.iter().map(|signal| signal.name.as_str()).collect();
-        Figure {
+        SvgFigure {
             id: id.to_owned(),
             title: self.head.text.clone(),
             description: format!(
@@ -218,7 +218,7 @@ impl Wave {
     }
 }
 
-impl Signal {
+impl TimingSignal {
     fn drawn(&self, y: f64, column: f64) -> Markup {
         match self.wave.chars().next() {
             Some('p') => clock(y, column, self.wave.len()),

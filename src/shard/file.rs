@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ShardError;
 use super::job::{Job, Results};
-use super::part::Part;
+use super::part::JobPart;
 use crate::digest::sha256;
 use crate::document::{Body, Document};
 use crate::files::read_regular;
@@ -34,7 +34,7 @@ pub struct Shard {
 
 impl Shard {
     /// The document of a part that is done by `command`.
-    pub fn sealed(part: Part, job: Job, results: Results, command: String) -> Document<Shard> {
+    pub fn sealed(part: JobPart, job: Job, results: Results, command: String) -> Document<Shard> {
         let scene = job.scene().map(SceneText::reference);
         let (shard, shards) = (part.number(), part.of());
         let body = Shard { shard, shards, job, results, sha256: String::new() };
@@ -47,8 +47,8 @@ impl Shard {
     ///
     /// # Errors
     /// When there is none of its number.
-    pub fn part(&self) -> Result<Part, String> {
-        Part::new(self.shard, self.shards)
+    pub fn part(&self) -> Result<JobPart, String> {
+        JobPart::new(self.shard, self.shards)
     }
 
     /// The shard in a file.

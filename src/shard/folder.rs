@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use super::ShardError;
 use super::file::Shard;
-use super::job::{Job, Parts, Results};
-use super::part::Part;
+use super::job::{Job, PartResults, Results};
+use super::part::JobPart;
 use crate::differences::other_version;
 use crate::document::Document;
 use crate::files::{self, OutputFolder, make_folder};
@@ -21,7 +21,7 @@ const NAME: &str = "shards";
 
 /// The folder of a job's shards. It has no lock: each file is of one shard and appears whole, so
 /// that runs on several machines are independent.
-pub struct Folder {
+pub struct ShardFolder {
     path: PathBuf,
 }
 
@@ -40,19 +40,19 @@ pub struct Collected {
     pub results: BTreeMap<u64, Results>,
 }
 
-impl Folder {
+impl ShardFolder {
     /// That of a command which writes to `out`; created if missing.
     ///
     /// # Errors
     /// When it cannot be made.
-    pub fn make(out: &Path) -> Result<Folder, ShardError> {
+    pub fn make(out: &Path) -> Result<ShardFolder, ShardError> {
         let path = out.join(NAME);
         make_folder(&path)?;
-        Ok(Folder { path })
+        Ok(ShardFolder { path })
     }
 
     /// Path of a shard's file.
-    pub fn path_of(&self, part: Part) -> PathBuf {
+    pub fn path_of(&self, part: JobPart) -> PathBuf {
         self.path.join(format!("{}.json", part.name()))
     }
 
@@ -62,14 +62,14 @@ impl Folder {
     /// When it cannot be made.
     pub fn workplace(
         &self,
-        part: Part,
+        part: JobPart,
         on_wait: impl FnOnce(&Path),
     ) -> Result<OutputFolder, ShardError> {
         Ok(OutputFolder::open(&self.path.join(part.name()), on_wait)?)
     }
 
     /// Whether there is one.
-    pub fn has_workplace(&self, part: Part) -> bool {
+    pub fn has_workplace(&self, part: JobPart) -> bool {
         self.path.join(part.name()).is_dir()
     }
 
@@ -77,7 +77,7 @@ impl Folder {
     ///
     /// # Errors
     /// When its file is one of another job, or cannot be read.
-    pub fn has(&self, part: Part, job: &Job) -> Result<bool, ShardError> {
+    pub fn has(&self, part: JobPart, job: &Job) -> Result<bool, ShardError> {
         let path = self.path_of(part);
         if !path.try_exists().unwrap_or(true) {
             return Ok(false);
@@ -99,7 +99,7 @@ impl Folder {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn keep(&self, part: Part, shard: &Document<Shard>) -> Result<PathBuf, ShardError> {
+    pub fn keep(&self, part: JobPart, shard: &Document<Shard>) -> Result<PathBuf, ShardError> {
         let path = self.path_of(part);
         let text = serde_json::to_string(shard).map_err(|error| ShardError::Unreadable {
             path: printable_path(&path),
@@ -126,11 +126,11 @@ impl Folder {
         };
         let part = |entry: io::Result<fs::DirEntry>| {
             let file = entry.ok()?.file_name();
-            Part::of_name(file.to_str()?.strip_suffix(".json")?)
+            JobPart::of_name(file.to_str()?.strip_suffix(".json")?)
         };
-        let mut parts: Vec<Part> = entries.filter_map(part).collect();
+        let mut parts: Vec<JobPart> = entries.filter_map(part).collect();
         parts.sort_unstable_by_key(|part| (part.of(), part.number()));
-        let folder = Folder { path: folder.clone() };
+        let folder = ShardFolder { path: folder.clone() };
         let (first, others) = parts.split_first().ok_or_else(none)?;
         let first_path = folder.path_of(*first);
         let document = Shard::read(&first_path)?;
@@ -172,7 +172,7 @@ impl Collected {
     ///
     /// # Errors
     /// When some are missing.
-    pub fn whole(self) -> Result<Parts, ShardError> {
+    pub fn whole(self) -> Result<PartResults, ShardError> {
         let missing = self.missing();
         if !missing.is_empty() {
             return Err(ShardError::Missing {
@@ -184,7 +184,8 @@ impl Collected {
             });
         }
         let of = self.of;
-        let with_part = |(number, results)| Part::new(number, of).ok().map(|part| (part, results));
+        let with_part =
+            |(number, results)| JobPart::new(number, of).ok().map(|part| (part, results));
         Ok(self.results.into_iter().filter_map(with_part).collect())
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::part::Part;
+use super::part::JobPart;
 use crate::differences::differences;
 use crate::grade::{GradeOptions, Graded};
 use crate::image::{ImageOptions, PixelRow};
@@ -45,7 +45,7 @@ jobs! {
 }
 
 /// Results of some shards, each with its part of the job.
-pub type Parts = Vec<(Part, Results)>;
+pub type PartResults = Vec<(JobPart, Results)>;
 
 /// Scans of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]

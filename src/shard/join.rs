@@ -1,13 +1,13 @@
 //! What the shards of a job are together.
 
 use super::ShardError;
-use super::job::{GradeJob, Parts, PointRows, Results, SimulateJob};
-use super::part::Part;
+use super::job::{GradeJob, PartResults, PointRows, Results, SimulateJob};
+use super::part::JobPart;
 use crate::grade::{Grade, Graded, Outcomes};
 use crate::image::PixelRow;
 use crate::report::table::Table;
 use crate::sensor::Sensor;
-use crate::simulate::repeat::{Gathered, Simulated, Simulation, Tally};
+use crate::simulate::repeat::{Gathered, ScanTally, Simulated, Simulation};
 use crate::study::reproduce::{MadeFigure, ReproduceOptions};
 use crate::study::stress::{CaseReport, StressOptions, StressReport, UnknownCase};
 use crate::study::sweep::{Store, StoreError, Sweep, empty};
@@ -26,7 +26,7 @@ macro_rules! of_kind {
 /// `is_its` checks that a unit has its number, and `reason` is the message if it has not.
 fn in_order<U>(
     units: usize,
-    shards: Parts,
+    shards: PartResults,
     reason: &'static str,
     of: impl Fn(Results) -> Option<Vec<U>>,
     is_its: impl Fn(usize, &U) -> bool,
@@ -51,7 +51,10 @@ fn in_order<U>(
 ///
 /// # Errors
 /// When a shard's figures are not those of its part.
-pub fn figures(options: &ReproduceOptions, shards: Parts) -> Result<Vec<MadeFigure>, ShardError> {
+pub fn figures(
+    options: &ReproduceOptions,
+    shards: PartResults,
+) -> Result<Vec<MadeFigure>, ShardError> {
     let is_its = |number: usize, figure: &MadeFigure| figure.id == options.figures[number];
     let figures = |results| of_kind!(Reproduce, results);
     in_order(options.figures.len(), shards, "it has other figures", figures, is_its)
@@ -61,7 +64,10 @@ pub fn figures(options: &ReproduceOptions, shards: Parts) -> Result<Vec<MadeFigu
 ///
 /// # Errors
 /// When a shard's cases are not those of its part.
-pub fn stress_report(options: &StressOptions, shards: Parts) -> Result<StressReport, ShardError> {
+pub fn stress_report(
+    options: &StressOptions,
+    shards: PartResults,
+) -> Result<StressReport, ShardError> {
     let unknown = |error: UnknownCase| ShardError::NoJob { reason: error.to_string() };
     let cases = options.chosen().map_err(unknown)?;
     let is_its = |number: usize, report: &CaseReport| report.name == cases[number].name;
@@ -74,7 +80,7 @@ pub fn stress_report(options: &StressOptions, shards: Parts) -> Result<StressRep
 ///
 /// # Errors
 /// When one cannot be read.
-pub fn rows(part: Part, sweep: &Sweep, store: &Store) -> Result<Vec<PointRows>, StoreError> {
+pub fn rows(part: JobPart, sweep: &Sweep, store: &Store) -> Result<Vec<PointRows>, StoreError> {
     let heading = empty(&sweep.options.over).heading();
     let of_point = |point: u64| {
         let rows_csv = heading.clone() + &store.rows_csv(point as usize)?;
@@ -87,7 +93,7 @@ pub fn rows(part: Part, sweep: &Sweep, store: &Store) -> Result<Vec<PointRows>, 
 ///
 /// # Errors
 /// When a shard's points are not those of its part.
-pub fn tables(sweep: &Sweep, shards: Parts) -> Result<Vec<Table>, ShardError> {
+pub fn tables(sweep: &Sweep, shards: PartResults) -> Result<Vec<Table>, ShardError> {
     let read = |rows: PointRows| {
         let mut table = empty(&sweep.options.over);
         table.read_csv(&rows.rows_csv).ok()?;
@@ -104,7 +110,10 @@ pub fn tables(sweep: &Sweep, shards: Parts) -> Result<Vec<Table>, ShardError> {
 ///
 /// # Errors
 /// When a shard's rows are not those of its part.
-pub fn pixel_rows([rows, columns]: [u32; 2], shards: Parts) -> Result<Vec<PixelRow>, ShardError> {
+pub fn pixel_rows(
+    [rows, columns]: [u32; 2],
+    shards: PartResults,
+) -> Result<Vec<PixelRow>, ShardError> {
     let is_its = |number: usize, row: &PixelRow| {
         row.row as usize == number && row.pixels.len() == columns as usize
     };
@@ -113,7 +122,7 @@ pub fn pixel_rows([rows, columns]: [u32; 2], shards: Parts) -> Result<Vec<PixelR
 }
 
 /// Numbers of a part's faults or mutants of a kind.
-pub fn variants(part: Part, count: usize) -> Vec<usize> {
+pub fn variants(part: JobPart, count: usize) -> Vec<usize> {
     part.every(count as u64).map(|number| number as usize).collect()
 }
 
@@ -121,7 +130,7 @@ pub fn variants(part: Part, count: usize) -> Vec<usize> {
 ///
 /// # Errors
 /// When a shard's faults and mutants are not those of its part.
-pub fn whole_grade(job: &GradeJob, shards: Parts) -> Result<Grade, ShardError> {
+pub fn whole_grade(job: &GradeJob, shards: PartResults) -> Result<Grade, ShardError> {
     let mut all: Option<Graded> = None;
     for (part, results) in shards {
         let unfit = || ShardError::Unfit { part, reason: "it has other faults or mutants" };
@@ -161,7 +170,7 @@ fn joined(mut all: Graded, more: Graded) -> Option<Graded> {
 pub fn simulation(
     job: &SimulateJob,
     sensor: &Sensor,
-    shards: Parts,
+    shards: PartResults,
 ) -> Result<Simulation, ShardError> {
     let simulated = Simulated::new(sensor, job.options)?;
     let mut all = simulated.nothing();
@@ -192,7 +201,7 @@ fn check(scans: u64, nothing: &Gathered, gathered: &Gathered) -> Result<(), &'st
 }
 
 /// Whether nothing was counted more often than there are scans.
-fn is_sound(tally: &Tally) -> bool {
+fn is_sound(tally: &ScanTally) -> bool {
     let errors = tally.errors_m.iter().map(|errors_m| errors_m.len() as u64);
     let mut of_paths = errors.zip(&tally.found);
     tally.found.len() == tally.errors_m.len()

@@ -1,7 +1,7 @@
 //! Jobs in parts, on one machine or many.
 //!
-//! A [`Part`] of a job is a run of its own, which writes a file of its own into the job's
-//! [`Folder`]; runs are independent. A file ([`Shard`]) holds the job's complete definition
+//! A [`JobPart`] of a job is a run of its own, which writes a file of its own into the job's
+//! [`ShardFolder`]; runs are independent. A file ([`Shard`]) holds the job's complete definition
 //! ([`Job`]) and the part's results: all parts together equal one run, bit for bit. Seeds follow
 //! from the place in the job, and sums that depend on their order are formed at the end.
 
@@ -12,12 +12,12 @@ mod join;
 mod part;
 
 pub use file::Shard;
-pub use folder::{Collected, Folder, listed};
-pub use job::{GradeJob, ImageJob, Job, Parts, PointRows, Results, SimulateJob, SweepJob};
+pub use folder::{Collected, ShardFolder, listed};
+pub use job::{GradeJob, ImageJob, Job, PartResults, PointRows, Results, SimulateJob, SweepJob};
 pub use join::{
     figures, pixel_rows, rows, simulation, stress_report, tables, variants, whole_grade,
 };
-pub use part::Part;
+pub use part::JobPart;
 
 use crate::files::FileError;
 use crate::scene::SceneErrors;
@@ -88,7 +88,7 @@ pub enum ShardError {
     #[error("shard {part} does not hold its part of the job: {reason}; do it again")]
     Unfit {
         /// Which one.
-        part: Part,
+        part: JobPart,
         /// What is wrong.
         reason: &'static str,
     },

@@ -11,17 +11,17 @@ const FORMS: &str = "write I/N for shard I of N, from 1/N to N/N, as 3/20; or ta
 
 /// One of the parts that a job is cut into.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Part {
+pub struct JobPart {
     number: u64,
     of: u64,
 }
 
-impl Part {
+impl JobPart {
     /// Shard `number` of `of`, both from 1.
     ///
     /// # Errors
     /// When there is no such shard.
-    pub fn new(number: u64, of: u64) -> Result<Part, String> {
+    pub fn new(number: u64, of: u64) -> Result<JobPart, String> {
         if !(1..=MOST_SHARDS).contains(&of) {
             return Err(format!("{of} shards cannot be made, 1 to {MOST_SHARDS} can; {FORMS}"));
         }
@@ -30,14 +30,14 @@ impl Part {
                 "there is no shard {number} of {of}: they are numbered from 1 to {of}; {FORMS}"
             ));
         }
-        Ok(Part { number, of })
+        Ok(JobPart { number, of })
     }
 
     /// `I/N`, `task/N` or `task`, with the variables of the task as `variable` has them.
     ///
     /// # Errors
     /// When it is in none of these forms, or out of range, or the process is not an array task.
-    pub fn parse(text: &str, variable: impl Fn(&str) -> Option<String>) -> Result<Part, String> {
+    pub fn parse(text: &str, variable: impl Fn(&str) -> Option<String>) -> Result<JobPart, String> {
         let (number, of) = match text.split_once('/') {
             Some((number, of)) => (number.trim(), Some(of.trim())),
             None => (text.trim(), None),
@@ -48,12 +48,12 @@ impl Part {
             number.ok_or_else(|| format!("\"{text}\" is not a number of shards; {FORMS}"))
         };
         match (number, of) {
-            ("task", Some(of)) => Part::new(Task::find(&variable)?.number, count(of)?),
+            ("task", Some(of)) => JobPart::new(Task::find(&variable)?.number, count(of)?),
             ("task", None) => {
                 let task = Task::find(&variable)?;
-                Part::new(task.number, task.count(&variable)?)
+                JobPart::new(task.number, task.count(&variable)?)
             }
-            (number, Some(of)) => Part::new(count(number)?, count(of)?),
+            (number, Some(of)) => JobPart::new(count(number)?, count(of)?),
             (_, None) => Err(FORMS.to_owned()),
         }
     }
@@ -91,15 +91,15 @@ impl Part {
         format!("{:0digits$}-of-{}", self.number, self.of)
     }
 
-    /// The part whose [`Part::name`] it is.
-    pub fn of_name(name: &str) -> Option<Part> {
+    /// The part whose [`JobPart::name`] it is.
+    pub fn of_name(name: &str) -> Option<JobPart> {
         let (number, of) = name.split_once("-of-")?;
-        let part = Part::new(number.parse().ok()?, of.parse().ok()?).ok()?;
+        let part = JobPart::new(number.parse().ok()?, of.parse().ok()?).ok()?;
         (part.name() == name).then_some(part)
     }
 }
 
-impl fmt::Display for Part {
+impl fmt::Display for JobPart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}/{}", self.number, self.of)
     }
@@ -162,7 +162,7 @@ mod tests {
             let found = variables.iter().find(|(known, _)| *known == name);
             found.map(|(_, value)| (*value).to_owned())
         };
-        Part::parse(text, find).map(|part| part.to_string())
+        JobPart::parse(text, find).map(|part| part.to_string())
     }
 
     #[test]
@@ -223,7 +223,7 @@ mod tests {
     fn shares_are_all_units_each_once() {
         for of in [1, 2, 3, 7, 20, 1000] {
             for units in [0, 1, 6, 7, 100, 999, 1_000_000] {
-                let parts = || (1..=of).map(|number| Part::new(number, of).unwrap());
+                let parts = || (1..=of).map(|number| JobPart::new(number, of).unwrap());
                 let mut next = 0;
                 for part in parts() {
                     let stretch = part.stretch(units);
@@ -240,17 +240,17 @@ mod tests {
                 }
             }
         }
-        let last = Part::new(MOST_SHARDS, MOST_SHARDS).unwrap();
+        let last = JobPart::new(MOST_SHARDS, MOST_SHARDS).unwrap();
         assert_eq!(last.stretch(u64::MAX).end, u64::MAX);
     }
 
     #[test]
     fn names_lead_back_to_their_parts() {
-        let part = Part::new(3, 20).unwrap();
+        let part = JobPart::new(3, 20).unwrap();
         assert_eq!(part.name(), "03-of-20");
-        assert_eq!(Part::of_name("03-of-20"), Some(part));
+        assert_eq!(JobPart::of_name("03-of-20"), Some(part));
         for other in ["3-of-20", "21-of-20", "00-of-20", "03-of-020", "a-of-20", "03"] {
-            assert_eq!(Part::of_name(other), None, "{other}");
+            assert_eq!(JobPart::of_name(other), None, "{other}");
         }
     }
 }

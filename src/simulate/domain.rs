@@ -5,7 +5,7 @@ use crate::estimate::coverage::{count_limit, most_counts, short_steps};
 use crate::estimate::fit::shared_light;
 use crate::estimate::{Prediction, PredictionError};
 use crate::photons::DetectorModel;
-use crate::photons::memory::Memory;
+use crate::photons::memory::DetectorMemory;
 use crate::response::{Light, MeanResponse, SecondMoments, merged_share};
 use crate::scan::{Group, Step};
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind, PathIndex};
@@ -132,7 +132,7 @@ struct View<'a> {
 }
 
 impl View<'_> {
-    fn memory(&self) -> Memory {
+    fn memory(&self) -> DetectorMemory {
         self.model.memory_under(self.brightest_per_chip)
     }
 

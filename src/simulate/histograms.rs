@@ -11,7 +11,7 @@ use crate::histogram::correction::CorrectionError;
 use crate::histogram::innovations::Innovations;
 use crate::histogram::{Histogram, HistogramError};
 use crate::photons::fast::Recorder;
-use crate::photons::random::Part;
+use crate::photons::random::RandomStream;
 use crate::photons::{CellLevels, Detection, DetectorModel, PulseStream};
 use crate::response::{MeanResponse, MeanResponseError};
 use crate::scan::{Group, Sample};
@@ -82,7 +82,7 @@ pub(super) fn counts(
     let bins = Innovations::new(dead_time, &means, (all / period) as f64)?;
     let one = |repetition: u64| {
         let key = model.key(seed, repetition, Group(0));
-        histogram(model, bins.draw(&mut key.stream(Part::Counts)))
+        histogram(model, bins.draw(&mut key.stream(RandomStream::Counts)))
     };
     in_batches(&wanted.scans, 1, |some| some.map(one).collect(), on_histogram)
 }

@@ -34,7 +34,7 @@ use crate::estimate::CountingTier;
 use crate::progress::Progress;
 use crate::sensor::Sensor;
 use repeat::{Simulated, Simulation};
-use scans::{Prepared, ScansError};
+use scans::{PreparedTier, ScansError};
 
 /// [`Jobs::simulate`](crate::Jobs::simulate) with its progress in scans, of all detectors, in order.
 /// If `on_progress` unwinds, the simulation ends there, and leaves nothing behind.
@@ -48,7 +48,7 @@ pub fn simulate(
 ) -> Result<Simulation, ScansError> {
     let started = Instant::now();
     let sensor = sensor.with_estimator(options.estimator)?.summed();
-    let prepared = Prepared::new(&sensor, options.fidelity, options.engine)?;
+    let prepared = PreparedTier::new(&sensor, options.fidelity, options.engine)?;
     let simulated = Simulated::new(&sensor, options)?;
     let simulation = simulated.simulate(&prepared, &mut on_progress)?;
     Ok(Simulation { run_time_s: started.elapsed().as_secs_f64(), ..simulation })

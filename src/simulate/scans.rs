@@ -22,13 +22,13 @@ use crate::cosim::window::Window;
 use crate::cosim::{CosimOptions, Cosimulation, Verdict, cosimulate};
 use crate::deliver::{self, HdlError, Prefix};
 use crate::estimate::PredictionError;
-use crate::estimate::estimator::Counted;
+use crate::estimate::estimator::EstimatorInput;
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 use crate::photons::fast::StepCounter;
 use crate::reference::blocks;
 use crate::reference::photons::Photons;
-use crate::reference::predictor::{Reference, ReferenceError, StepResult};
+use crate::reference::predictor::{ReferenceError, ReferenceModel, StepResult};
 use crate::reference::stimulus::{Stimulus, clocks_for_scans};
 use crate::response::{CountSampler, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scene::{Architecture, DetectorIndex, TotalsMissing};
@@ -80,7 +80,7 @@ pub enum ScansError {
 /// What a tier needs before its first scan, once for all scans of a scene to come:
 /// the Verilog's model, built. The other tiers need nothing.
 #[derive(Debug, Clone)]
-pub struct Prepared {
+pub struct PreparedTier {
     tier: Tier,
     rtl: Option<Rtl>,
 }
@@ -93,7 +93,7 @@ struct Rtl {
     engine: Engine,
 }
 
-/// [`Prepared::scans`] of a tier that is prepared for them alone, of hardware that counts up and
+/// [`PreparedTier::scans`] of a tier that is prepared for them alone, of hardware that counts up and
 /// down.
 ///
 /// # Errors
@@ -109,9 +109,9 @@ pub fn scans(
     repetitions: u64,
     mut on_scan: impl FnMut(&[StepCount]),
 ) -> Result<Option<Exercised>, ScansError> {
-    let prepared = Prepared::new(sensor, tier, Engine::Auto)?;
+    let prepared = PreparedTier::new(sensor, tier, Engine::Auto)?;
     prepared.scans(sensor, detector, seed, 0..repetitions, &mut |counted| {
-        let Counted::Steps(counts) = counted else { unreachable!("it keeps a histogram") };
+        let EstimatorInput::Steps(counts) = counted else { unreachable!("it keeps a histogram") };
         on_scan(counts);
     })
 }
@@ -131,27 +131,29 @@ pub fn histograms(
     repetitions: u64,
     mut on_histogram: impl FnMut(Histogram),
 ) -> Result<Option<Exercised>, ScansError> {
-    let prepared = Prepared::new(sensor, tier, Engine::Auto)?;
+    let prepared = PreparedTier::new(sensor, tier, Engine::Auto)?;
     prepared.scans(sensor, detector, seed, 0..repetitions, &mut |counted| {
-        let Counted::Bins(histogram) = counted else { unreachable!("it counts up and down") };
+        let EstimatorInput::Bins(histogram) = counted else {
+            unreachable!("it counts up and down")
+        };
         on_histogram(histogram.clone());
     })
 }
 
-impl Prepared {
+impl PreparedTier {
     /// Prepares a tier for a scene; the engine is that of the Verilog, where the tier clocks it.
     ///
     /// # Errors
     /// When the Verilog cannot be emitted or built.
-    pub fn new(sensor: &Sensor, tier: Tier, engine: Engine) -> Result<Prepared, ScansError> {
+    pub fn new(sensor: &Sensor, tier: Tier, engine: Engine) -> Result<PreparedTier, ScansError> {
         if tier != Tier::Rtl {
-            return Ok(Prepared { tier, rtl: None });
+            return Ok(PreparedTier { tier, rtl: None });
         }
         let files = deliver::verilog(sensor, &Prefix::default(), "goldtof simulate")?;
         let verilog = Verilog::emitted(sensor, &files)?;
         let Verilog { top, sources, cache, .. } = &verilog;
         let library = build(top, sources, sensor.interface(), cache)?;
-        Ok(Prepared { tier, rtl: Some(Rtl { library, verilog, engine }) })
+        Ok(PreparedTier { tier, rtl: Some(Rtl { library, verilog, engine }) })
     }
 
     /// The tier.
@@ -175,7 +177,7 @@ impl Prepared {
         detector: DetectorIndex,
         seed: u64,
         scans: Range<u64>,
-        on_scan: &mut dyn FnMut(Counted),
+        on_scan: &mut dyn FnMut(EstimatorInput),
     ) -> Result<Option<Exercised>, ScansError> {
         effort::check(sensor, detector, self.tier, scans.end - scans.start)?;
         if scans.is_empty() || !self.tier.draws() {
@@ -184,10 +186,10 @@ impl Prepared {
         let wanted = Wanted { sensor, detector, seed, scans };
         match sensor.scene().hardware.architecture {
             Architecture::UpDown => {
-                self.steps(&wanted, &mut |counts| on_scan(Counted::Steps(counts)))
+                self.steps(&wanted, &mut |counts| on_scan(EstimatorInput::Steps(counts)))
             }
             Architecture::Histogram => {
-                self.bins(&wanted, &mut |histogram| on_scan(Counted::Bins(&histogram)))
+                self.bins(&wanted, &mut |histogram| on_scan(EstimatorInput::Bins(&histogram)))
             }
         }
     }
@@ -358,7 +360,7 @@ impl Rtl {
         let layout = Layout::of(sensor.interface());
         let outcome = Lockstep {
             model: &mut Verilated::load(&self.library, &layout)?,
-            reference: &mut Reference::new(sensor.interface().clone())?,
+            reference: &mut ReferenceModel::new(sensor.interface().clone())?,
             stimulus,
             layout: &layout,
             window: Window::Found,
@@ -406,7 +408,7 @@ fn sampled(wanted: &Wanted, on_scan: &mut dyn FnMut(&[StepCount])) -> Result<(),
     let detectors = wanted.models();
     let from = begun_by(&detectors, wanted.scans.start);
     let clocks = clocks_for_scans(interface, wanted.scans.end - from);
-    let mut reference = Reference::new(interface.clone())?;
+    let mut reference = ReferenceModel::new(interface.clone())?;
     let mut photons = Photons::from_scan(&detectors, interface, wanted.seed, from);
     let mut collector = Collector::new(interface, from, wanted.scans.clone(), on_scan);
     blocks::results(&mut reference, &mut photons, clocks, &mut |result| {

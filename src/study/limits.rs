@@ -56,7 +56,7 @@ pub struct Limits {
     /// What the scene as it is lets one expect.
     pub expected: Performance,
     /// The same with one key changed, the largest gain first.
-    pub changes: Vec<Change>,
+    pub changes: Vec<KeyChange>,
 }
 
 /// Where a detector's detections come from, and how long it is blind.
@@ -119,7 +119,8 @@ pub enum Limit {
 
 /// One key, changed alone.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
-pub struct Change {
+#[schemars(rename = "Change")]
+pub struct KeyChange {
     /// What it is a matter of.
     pub limit: Limit,
     /// As `--set` takes it: `detector.dead_time=7 ns`.
@@ -205,12 +206,12 @@ pub fn limits(text: &SceneText, detector: Option<&str>) -> Result<Limits, Limits
     let as_it_is = Reporter::new(&sensor, detector).expected();
     let true_distance_m = as_it_is.true_distance_m;
     let now = Performance::of(&sensor, as_it_is);
-    let changed: Vec<Option<Change>> = CHANGES
+    let changed: Vec<Option<KeyChange>> = CHANGES
         .par_iter()
         .map(|(limit, key, to)| {
             let (setting, sensor) = to.applied(text, &index(key))?;
             let expected = Performance::of(&sensor, Reporter::new(&sensor, detector).expected());
-            Some(Change {
+            Some(KeyChange {
                 limit: *limit,
                 setting,
                 rms_change_fraction: change(now.expected_rms_m, expected.expected_rms_m),
@@ -219,8 +220,8 @@ pub fn limits(text: &SceneText, detector: Option<&str>) -> Result<Limits, Limits
             })
         })
         .collect();
-    let mut changes: Vec<Change> = changed.into_iter().flatten().collect();
-    let gain = |change: &Change| {
+    let mut changes: Vec<KeyChange> = changed.into_iter().flatten().collect();
+    let gain = |change: &KeyChange| {
         let known = change.rms_change_fraction.or(change.bound_change_fraction);
         known.unwrap_or(f64::INFINITY)
     };

@@ -33,7 +33,7 @@ use std::str::FromStr;
 
 use self::header::Header;
 use self::records::Unwrap;
-use self::sink::{Order, Ordered, Selected, Sink};
+use self::sink::{Ordered, RecordOrder, Selected, Sink};
 
 /// Records that are decoded at once.
 const BLOCK: usize = 1 << 16;
@@ -131,7 +131,7 @@ pub struct TagReader<R> {
     /// The byte of the file that is read next.
     byte: u64,
     buffer: Vec<u8>,
-    order: Order,
+    order: RecordOrder,
     records: u64,
     of_other_channels: u64,
     torn_bytes: u64,
@@ -181,7 +181,7 @@ impl<R: Read> TagReader<R> {
             tick_ps: 1.0,
             byte: begun.len() as u64,
             buffer: begun,
-            order: Order::default(),
+            order: RecordOrder::default(),
             records: 0,
             of_other_channels: 0,
             torn_bytes: 0,

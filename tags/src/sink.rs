@@ -55,7 +55,7 @@ impl Sink for Selected<'_> {
 
 /// How records follow one another.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Order {
+pub(super) struct RecordOrder {
     /// The latest time so far.
     latest: u64,
     /// Records that are earlier than one before them.
@@ -64,7 +64,7 @@ pub(super) struct Order {
 
 /// A sink whose records' order is looked at on their way.
 pub(super) struct Ordered<'a, S> {
-    pub order: &'a mut Order,
+    pub order: &'a mut RecordOrder,
     pub sink: &'a mut S,
 }
 

@@ -7,7 +7,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use goldtof::deliver::board::{BOARDS, Board, Folder, Pin, Plan};
+use goldtof::deliver::board::{BOARDS, Board, BoardPlan, FamilyFolder, Pin};
 use goldtof::sensor::Sensor;
 
 use crate::hdl_support::{PLAIN_MAKE, goldtof, run};
@@ -34,7 +34,7 @@ fn pins(board: &Board) -> Vec<Pin> {
     pins
 }
 
-fn of_family(folder: Folder) -> impl Iterator<Item = &'static Board> {
+fn of_family(folder: FamilyFolder) -> impl Iterator<Item = &'static Board> {
     BOARDS.into_iter().filter(move |board| board.family.folder == folder)
 }
 
@@ -67,7 +67,7 @@ for device in sys.argv[1:]:
             ((words[0], words[1]), words[2])
         })
         .collect();
-    for board in of_family(Folder::Ecp5) {
+    for board in of_family(FamilyFolder::Ecp5) {
         let device = &board.device.part[..9];
         for pin in pins(board) {
             let expected = known.get(&(device, pin.site)).copied();
@@ -95,7 +95,7 @@ for device, part, package in (('GW1N-9C', 'GW1NR-9C', 'QFN88P'), ('GW2A-18C', 'G
             ((words[0], words[1]), words[2])
         })
         .collect();
-    for board in of_family(Folder::Gowin) {
+    for board in of_family(FamilyFolder::Gowin) {
         let device = board.device.pll_device.expect("Gowin's PLL wants one");
         for pin in pins(board) {
             let expected = known.get(&(device, pin.site)).copied();
@@ -153,7 +153,7 @@ fn quick(settings: &[&str]) -> Sensor {
 fn refusal(board: &str, settings: &[&str], pins: &[&str]) -> String {
     let pins: Vec<_> = pins.iter().map(|pin| pin.parse().expect("a pin")).collect();
     let board = Board::named(board).expect("it is there");
-    Plan::of(&quick(settings), board, &pins).expect_err("the board cannot do it").to_string()
+    BoardPlan::of(&quick(settings), board, &pins).expect_err("the board cannot do it").to_string()
 }
 
 #[test]

@@ -13,7 +13,7 @@ use goldtof::deliver::emit;
 use goldtof::photons::StepCount;
 use goldtof::reference::adversarial::Adversarial;
 use goldtof::reference::blocks::{Block, BlockMaker};
-use goldtof::reference::predictor::Reference;
+use goldtof::reference::predictor::ReferenceModel;
 use goldtof::scene::{self, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Interface;
@@ -151,7 +151,7 @@ fn what_a_receiver_that_stalls_takes_stands_in_its_place() {
         let layout = Layout::of(&interface);
         let (mut taken, mut lost) = (0, 0);
         for seed in 0..20 {
-            let mut reference = Reference::new(interface.clone()).expect("it can be modelled");
+            let mut reference = ReferenceModel::new(interface.clone()).expect("it can be modelled");
             let mut adversary = Adversarial::new(&interface, seed);
             let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, 20_000);
             let mut reader = SentReader::new(&interface, &layout);

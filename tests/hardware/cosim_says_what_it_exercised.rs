@@ -10,11 +10,11 @@ use goldtof::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
 use goldtof::reference::blocks::{Block, BlockMaker};
 use goldtof::reference::coverage::CoverPoint;
 use goldtof::reference::exercise::{DetectorExercised, Exercised};
-use goldtof::reference::predictor::Reference;
+use goldtof::reference::predictor::ReferenceModel;
 use goldtof::scene;
 use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
-use goldtof::sensor::port::Role;
+use goldtof::sensor::port::PortRole;
 
 use crate::hdl_support::goldtof_json;
 
@@ -152,11 +152,11 @@ fn what_is_counted_is_what_the_ports_show() {
     let layout = Layout::of(&interface);
     // The hits cannot be told from saturated counts.
     assert!(!interface.saturates() && interface.total().is_none());
-    let mut reference = Reference::new(interface.clone()).unwrap();
+    let mut reference = ReferenceModel::new(interface.clone()).unwrap();
     let mut adversary = Adversarial::new(&interface, 3);
     let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, 60_000);
     let mut watcher = Watcher {
-        unused_bits: u64::BITS - layout.outputs.field(Role::Data).port.width,
+        unused_bits: u64::BITS - layout.outputs.field(PortRole::Data).port.width,
         ..Watcher::default()
     };
     watcher.seen.detectors = vec![DetectorExercised::default()];
@@ -167,7 +167,7 @@ fn what_is_counted_is_what_the_ports_show() {
         for (input, output) in inputs.zip(outputs) {
             watcher.clock(|name| match layout.inputs.fields.iter().find(|f| f.port.name == name) {
                 Some(field) => field.low_word(input),
-                None => layout.outputs.field(Role::of(name).unwrap()).low_word(output),
+                None => layout.outputs.field(PortRole::of(name).unwrap()).low_word(output),
             });
         }
     }
@@ -238,7 +238,7 @@ fn what_a_stream_holds_without_tvalid_is_the_designs_own_business() {
 /// The cover points that hostile inputs leave out, and their clocks.
 fn left_out(interface: &Interface, means: Means) -> (Vec<CoverPoint>, u64) {
     let layout = Layout::of(interface);
-    let mut reference = Reference::new(interface.clone()).unwrap();
+    let mut reference = ReferenceModel::new(interface.clone()).unwrap();
     let points = reference.cover_table().points().to_vec();
     let mut adversary = Adversarial::with_means(interface, 1, means).unwrap();
     let clocks = adversary.clone().clocks_to_cover(LONGEST_DEFAULT);

@@ -140,7 +140,7 @@ fn a_folder_that_cannot_be_made_is_named() {
 
 /// What a scene at a limit is emitted as, with parallel steps and a peak
 /// detector.
-fn at_the_limit(scene: &mut Scene, parallel: u32) -> goldtof::deliver::Parameters {
+fn at_the_limit(scene: &mut Scene, parallel: u32) -> goldtof::deliver::BuildParameters {
     scene.hardware.parallel = parallel;
     scene.hardware.peak_detector = true;
     let emission = emit(&Sensor::new(scene), "goldtof emit test.toml")

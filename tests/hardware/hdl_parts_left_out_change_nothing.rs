@@ -9,7 +9,7 @@ use crate::hdl_support::{Family, code, icarus, scene, with_peak_if_possible};
 use goldtof::code::{Code, Generator};
 use goldtof::deliver::emit;
 use goldtof::scan::Step;
-use goldtof::scene::{Scene, SourceIndex, Target};
+use goldtof::scene::{FpgaTarget, Scene, SourceIndex};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::interface::Interface;
 
@@ -297,7 +297,7 @@ fn count_segments() {
     // Beyond 20 bits, which is one carry chain in the one target and two in the other.
     let whole = scene(&codes, 0, 8, 3, Some(1), 131_073, None);
     let mut in_segments = whole.clone();
-    in_segments.hardware.target = Target::Ice40Hx8k;
+    in_segments.hardware.target = FpgaTarget::Ice40Hx8k;
     let segments = |scene: &Scene| {
         Interface::of(scene).correlator().expect("it counts up and down").count_segments.count
     };

@@ -10,7 +10,7 @@ use goldtof::histogram::Histogram;
 use goldtof::photons::DetectorModel;
 use goldtof::reference::blocks::{Block, BlockMaker};
 use goldtof::reference::photons::Photons;
-use goldtof::reference::predictor::Reference;
+use goldtof::reference::predictor::ReferenceModel;
 use goldtof::reference::stimulus::{RESET_CLOCKS, clocks_for_scans, first_sample};
 use goldtof::scene::{self, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
@@ -262,7 +262,7 @@ fn by_definition(sensor: &Sensor) -> Vec<Vec<i64>> {
     let models: Vec<DetectorModel> = DetectorIndex::of(&sensor.scene().detectors)
         .map(|detector| DetectorModel::new(sensor, detector))
         .collect();
-    let mut reference = Reference::new(interface.clone()).expect("it can be predicted");
+    let mut reference = ReferenceModel::new(interface.clone()).expect("it can be predicted");
     let mut photons = Photons::new(&models, interface, SEED);
     let clocks = clocks_for_scans(interface, 1);
     let mut maker = BlockMaker::new(&mut reference, &mut photons, &layout, clocks);

@@ -5,12 +5,12 @@ use std::ops::Range;
 
 use goldtof::reference::adversarial::{Adversarial, Means};
 use goldtof::reference::levels::Levels;
-use goldtof::reference::predictor::{Reference, Skip};
+use goldtof::reference::predictor::{ReferenceModel, Skip};
 use goldtof::reference::stimulus::{Drive, Stimulus};
 use goldtof::scene::{self, Scene, SourceIndex};
 use goldtof::sensor::interface::{Correlator, Counting, Interface, TotalCount};
 use goldtof::sensor::layout::Layout;
-use goldtof::sensor::port::Role;
+use goldtof::sensor::port::PortRole;
 use optics_support::repeated;
 
 use crate::hdl_support::give_cells;
@@ -27,7 +27,7 @@ fn event_driven(interface: &Interface, seed: u64, clocks: u64, block: u64, means
     let layout = Layout::of(interface);
     let lanes = interface.lanes() as usize;
     let mut adversary = Adversarial::with_means(interface, seed, means).unwrap();
-    let mut reference = Reference::new(interface.clone()).unwrap();
+    let mut reference = ReferenceModel::new(interface.clone()).unwrap();
     let detectors = interface.reference_codes.len();
     let mut levels = Levels::of(interface);
     let quiet = Inputs { reset: false, ready: true, samples: 0 };
@@ -70,22 +70,22 @@ fn event_driven(interface: &Interface, seed: u64, clocks: u64, block: u64, means
 
 /// A record's ports; those that the sensor does not have are 0.
 fn shown(layout: &Layout, record: &[u64]) -> Outputs {
-    let value = |port: Role| {
+    let value = |port: PortRole| {
         let field = layout.outputs.fields.iter().find(|field| field.port.role == port);
         let words = field.map_or(Vec::new(), |field| field.read(record));
         words.iter().rev().fold(0, |value, &word| value << 64 | u128::from(word))
     };
     Outputs {
-        laser: value(Role::Laser) as u64,
-        epoch: value(Role::Epoch) == 1,
-        data: value(Role::Data),
-        valid: value(Role::Valid) == 1,
-        last: value(Role::Last) == 1,
-        overrun: value(Role::Overrun) == 1,
-        saturated: value(Role::Saturated) == 1,
-        peak_step: value(Role::PeakStep),
-        peak_count: value(Role::PeakCount),
-        peak_valid: value(Role::PeakValid) == 1,
+        laser: value(PortRole::Laser) as u64,
+        epoch: value(PortRole::Epoch) == 1,
+        data: value(PortRole::Data),
+        valid: value(PortRole::Valid) == 1,
+        last: value(PortRole::Last) == 1,
+        overrun: value(PortRole::Overrun) == 1,
+        saturated: value(PortRole::Saturated) == 1,
+        peak_step: value(PortRole::PeakStep),
+        peak_count: value(PortRole::PeakCount),
+        peak_valid: value(PortRole::PeakValid) == 1,
     }
 }
 

@@ -17,15 +17,15 @@ use goldtof::photons::Pulse;
 use goldtof::reference::adversarial::Adversarial;
 use goldtof::reference::blocks::{Block, BlockMaker};
 use goldtof::reference::host_ports::HostInputs;
-use goldtof::reference::predictor::{Reference, StepResult};
+use goldtof::reference::predictor::{ReferenceModel, StepResult};
 use goldtof::reference::stimulus::{Drive, Stimulus};
 use goldtof::scan::Sample;
 use goldtof::scene::{Registers, Scene};
 use goldtof::sensor::Sensor;
 use goldtof::sensor::layout::Layout;
-use goldtof::sensor::port::Role;
+use goldtof::sensor::port::PortRole;
 use goldtof::sensor::registers::{
-    Access, CONTROL, Register, RegisterField, RegisterPlan, STATUS, Settings, setting_address,
+    Access, CONTROL, MappedRegister, RegisterField, RegisterPlan, STATUS, Settings, setting_address,
 };
 use goldtof::sensor::track::TrackSetting;
 
@@ -62,7 +62,7 @@ impl Seen {
     fn of(sensor: &Sensor, seed: u64, clocks: u64) -> Seen {
         let interface = sensor.interface();
         let layout = Layout::of(interface);
-        let mut reference = Reference::new(interface.clone()).expect("it can be predicted");
+        let mut reference = ReferenceModel::new(interface.clone()).expect("it can be predicted");
         let mut adversary = Adversarial::new(interface, seed);
         let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
         let mut seen = Seen {
@@ -85,7 +85,7 @@ impl Seen {
     }
 
     /// A port just before a clock's rising edge, if it is an input, or just after it.
-    fn port(&self, role: Role, clock: u64) -> u64 {
+    fn port(&self, role: PortRole, clock: u64) -> u64 {
         let (record, values) = match self.layout.inputs.fields.iter().any(|f| f.port.role == role) {
             true => (&self.layout.inputs, &self.inputs),
             false => (&self.layout.outputs, &self.outputs),
@@ -103,15 +103,15 @@ fn starts(sensor: &Sensor, seen: &Seen) -> Vec<(u64, Settings)> {
     // The settings, and since when they are what they are.
     let (mut since, mut last_epoch, mut starts) = (0, None, Vec::new());
     for clock in 1..seen.clocks() {
-        let written = seen.port(Role::WriteAddressReady, clock - 1) == 1
-            && seen.port(Role::WriteStrobe, clock) == 0xf
-            && seen.port(Role::Reset, clock) == 0;
-        let word = seen.port(Role::WriteAddress, clock) as usize / 4;
+        let written = seen.port(PortRole::WriteAddressReady, clock - 1) == 1
+            && seen.port(PortRole::WriteStrobe, clock) == 0xf
+            && seen.port(PortRole::Reset, clock) == 0;
+        let word = seen.port(PortRole::WriteAddress, clock) as usize / 4;
         if written && (6..words.len()).contains(&word) {
-            words[word] = seen.port(Role::WriteData, clock) as u32;
+            words[word] = seen.port(PortRole::WriteData, clock) as u32;
             since = clock;
         }
-        if seen.port(Role::Epoch, clock) == 1 {
+        if seen.port(PortRole::Epoch, clock) == 1 {
             // Codes that run on have their first chips a period apart.
             let is_anew = last_epoch.is_none_or(|last: u64| last + plan.period_chips != clock);
             if is_anew && since + 16 <= clock {
@@ -151,7 +151,7 @@ fn check_counts(sensor: &Sensor, seen: &Seen) {
                 .filter(|result| result.clock == words.end - 1 + latency)
                 .collect();
             let is_reset = (clock..(words.end + latency).min(seen.clocks()))
-                .any(|c| seen.port(Role::Reset, c) == 1);
+                .any(|c| seen.port(PortRole::Reset, c) == 1);
             if is_reset || words.end + latency >= seen.clocks() {
                 break;
             }
@@ -161,13 +161,13 @@ fn check_counts(sensor: &Sensor, seen: &Seen) {
                 let delay = settings.first_step + step;
                 let level = |sample: u64| {
                     let lane = sample % lanes + lanes * result.detector.0 as u64;
-                    seen.port(Role::Samples, sample / lanes) >> lane & 1
+                    seen.port(PortRole::Samples, sample / lanes) >> lane & 1
                 };
                 let samples = words.start * lanes..words.end * lanes;
                 let hits = samples.filter(|&s| level(s) == 1 && level(s - 1) == 0);
                 let sign = |sample: u64| {
                     // The word of a chip comes a clock after it.
-                    let chip = seen.port(Role::Laser, (sample - lanes - delay) / lanes);
+                    let chip = seen.port(PortRole::Laser, (sample - lanes - delay) / lanes);
                     2 * (chip >> result.detector.0 & 1) as i64 - 1
                 };
                 assert_eq!(
@@ -201,13 +201,15 @@ fn lasers_show_the_sequences_of_the_taps_that_a_host_has_set() {
     for (clock, settings) in starts(&sensor, &seen) {
         // Two periods, if they are not cut off by a reset.
         let ends = clock + 2 * plan.period_chips;
-        if ends >= seen.clocks() || (clock..ends).any(|clock| seen.port(Role::Reset, clock) == 1) {
+        if ends >= seen.clocks()
+            || (clock..ends).any(|clock| seen.port(PortRole::Reset, clock) == 1)
+        {
             continue;
         }
         for (source, &setting) in settings.seeds.iter().enumerate() {
             let laser = |chip: usize| {
                 let place = clock + chip as u64;
-                (seen.port(Role::Laser, place) >> source & 1) as u8 ^ (chip & 1) as u8
+                (seen.port(PortRole::Laser, place) >> source & 1) as u8 ^ (chip & 1) as u8
             };
             let sent: Vec<u8> = (0..2 * chips)
                 .map(|chip| {
@@ -299,7 +301,7 @@ fn is_predicted_whenever_a_host_writes(
     let lanes = interface.lanes().into();
     let outcome = Lockstep {
         model: &mut model,
-        reference: &mut Reference::new(interface.clone()).expect("it can be predicted"),
+        reference: &mut ReferenceModel::new(interface.clone()).expect("it can be predicted"),
         stimulus: &mut AtEachClock { pitch, writes, noise: Noise::new(9), lanes },
         layout: &layout,
         window: Window::Found,
@@ -430,13 +432,17 @@ fn check_header(sensor: &Sensor) {
 #[test]
 fn the_manual_has_every_register() {
     page_has_registers("docs/registers.md", SCENE, |_, _| true);
-    let is_of_tracking = |register: &Register, field: &RegisterField| {
+    let is_of_tracking = |register: &MappedRegister, field: &RegisterField| {
         register.name.starts_with("TRACK") || field.name.starts_with("LOCK")
     };
     page_has_registers("docs/tracking.md", TRACKING, is_of_tracking);
 }
 
-fn page_has_registers(page: &str, scene: &str, has: impl Fn(&Register, &RegisterField) -> bool) {
+fn page_has_registers(
+    page: &str,
+    scene: &str,
+    has: impl Fn(&MappedRegister, &RegisterField) -> bool,
+) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(page);
     let manual = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{error}"));
     let sensor = sensor(scene);

@@ -11,12 +11,12 @@ use goldtof::cosim::{CosimOptions, StimulusKind, TOP, Verdict, cosimulate};
 use goldtof::deliver;
 use goldtof::photons::Pulse;
 use goldtof::reference::host_ports::HostInputs;
-use goldtof::reference::predictor::{Reference, Surroundings};
+use goldtof::reference::predictor::{ReferenceModel, Surroundings};
 use goldtof::reference::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use goldtof::scan::Sample;
 use goldtof::sensor::Sensor;
 use goldtof::sensor::layout::Layout;
-use goldtof::sensor::port::Role;
+use goldtof::sensor::port::PortRole;
 use goldtof::sensor::track::TrackSetting;
 
 use crate::hdl_support::models;
@@ -25,7 +25,7 @@ use crate::hdl_support::stimulus::Noise;
 /// A target before the sensor: what its lasers show comes back as photons, later and later.
 struct Before<'s> {
     sensor: &'s Sensor,
-    reference: Reference,
+    reference: ReferenceModel,
     layout: Layout,
     noise: Noise,
     /// Delay at the first clock in samples, and how much of one it grows by in a clock.
@@ -45,7 +45,7 @@ impl<'s> Before<'s> {
         let interface = sensor.interface();
         Before {
             sensor,
-            reference: Reference::new(interface.clone()).expect("it can be predicted"),
+            reference: ReferenceModel::new(interface.clone()).expect("it can be predicted"),
             layout: Layout::of(interface),
             noise: Noise::new(11),
             delay,
@@ -106,7 +106,7 @@ impl<'s> Before<'s> {
         if self.seen.last().is_none_or(|(_, seen, was)| (*seen, *was) != (position, locked)) {
             self.seen.push((clock, position, locked));
         }
-        let is_lit = self.layout.outputs.field(Role::Laser).low_word(&record) == 1;
+        let is_lit = self.layout.outputs.field(PortRole::Laser).low_word(&record) == 1;
         // A photon for each fourth chip; its word comes a clock after the chip.
         if is_lit && clock < self.dark_from && self.noise.below(4) == 0 {
             let place = (clock + 1) as f64 * lanes as f64 + lanes as f64 * self.share();
@@ -143,7 +143,7 @@ fn run(sensor: &Sensor, target: &mut Before, clocks: u64) {
     let mut model = Verilated::load(&library, &layout).unwrap_or_else(|error| panic!("{error}"));
     let outcome = Lockstep {
         model: &mut model,
-        reference: &mut Reference::new(interface.clone()).expect("it can be predicted"),
+        reference: &mut ReferenceModel::new(interface.clone()).expect("it can be predicted"),
         stimulus: target,
         layout: &layout,
         window: Window::Found,

@@ -9,7 +9,7 @@ use goldtof::plan::resources::{Basis, resources};
 use goldtof::plan::{Part, plan};
 use goldtof::report::plan::{parts, text};
 use goldtof::scene::{
-    CellOutputs, Combination, EstimatorKind, Fluctuation, Movement, Scene, Target, load,
+    CellOutputs, Combination, EstimatorKind, Fluctuation, FpgaTarget, Movement, Scene, load,
 };
 use goldtof::sensor::Sensor;
 
@@ -253,7 +253,7 @@ fn a_histogram_has_its_memories_and_cells() {
     assert_eq!(narrow.block_rams, 8);
     assert!(narrow.cells.luts < 120, "{narrow:?}");
     // So it is for another family; but not of so long a code, and the plan says so.
-    scene.hardware.target = Target::Ice40Hx8k;
+    scene.hardware.target = FpgaTarget::Ice40Hx8k;
     let narrow = resources(&Sensor::new(&scene)).expect("it can be fitted");
     assert!(matches!(narrow.basis, Basis::Fitted { .. }));
     let mut code = CodeSpec::new(Family::Gold);

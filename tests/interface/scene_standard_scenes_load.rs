@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use goldtof::code::Generator;
-use goldtof::scene::{CounterTiming, EstimatorKind, Scene, SourceIndex, Target, load};
+use goldtof::scene::{CounterTiming, EstimatorKind, FpgaTarget, Scene, SourceIndex, load};
 
 fn standard(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(format!("{name}.toml"));
@@ -82,7 +82,7 @@ fn paper_single_has_the_parameters_of_table_i() {
     assert_eq!(scene.scan.integration_chips, 13_100);
     assert_eq!(scene.scan.requested_integration_ps, 104.8e6);
     assert_eq!(scene.estimator, EstimatorKind::Fft);
-    assert_eq!(scene.hardware.target, Target::Ecp525k6);
+    assert_eq!(scene.hardware.target, FpgaTarget::Ecp525k6);
     assert_eq!(scene.hardware.parallel, 1);
     assert_eq!(scene.hardware.counter_width, None);
 }

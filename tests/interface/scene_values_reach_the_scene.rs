@@ -1,6 +1,6 @@
 //! Every key of a right scene arrives with its meaning and its default.
 
-use goldtof::scene::{EstimatorKind, Fluctuation, Movement, Scan, Scene, Target, parse};
+use goldtof::scene::{EstimatorKind, Fluctuation, FpgaTarget, Movement, Scan, Scene, parse};
 use proptest::prelude::*;
 
 /// Only what a scene cannot do without: L' = 31, S = 8, T_s = 1 ns, K = 248.
@@ -57,7 +57,7 @@ fn what_is_left_out_has_the_documented_default() {
     assert!(scene.scan.is_full());
     assert_eq!(scene.scan.steps_per_period, 248);
     assert_eq!(scene.estimator, EstimatorKind::Fft);
-    assert_eq!(scene.hardware.target, Target::Ecp525k6);
+    assert_eq!(scene.hardware.target, FpgaTarget::Ecp525k6);
     assert_eq!(scene.hardware.parallel, 1);
     assert_eq!(scene.hardware.counter_width, None);
     assert!(!scene.hardware.peak_detector);
@@ -113,7 +113,7 @@ fn optional_tables_are_read() {
          peak_detector = true\ntotal_counts = true\n"
     ));
     assert_eq!(scene.estimator, EstimatorKind::Model);
-    assert_eq!(scene.hardware.target, Target::Ice40Hx8k);
+    assert_eq!(scene.hardware.target, FpgaTarget::Ice40Hx8k);
     assert_eq!(scene.hardware.parallel, 4);
     assert_eq!(scene.hardware.counter_width, Some(12));
     assert!(scene.hardware.peak_detector);

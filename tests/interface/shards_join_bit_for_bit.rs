@@ -10,10 +10,10 @@ use goldtof::OutputFolder;
 use goldtof::cosim::engine::Engine;
 use goldtof::scene::{self, Setting};
 use goldtof::sensor::Sensor;
-use goldtof::shard::{self, Part, Results};
+use goldtof::shard::{self, JobPart, Results};
 use goldtof::simulate::Tier;
 use goldtof::simulate::repeat::{Simulated, Simulation};
-use goldtof::simulate::scans::Prepared;
+use goldtof::simulate::scans::PreparedTier;
 use goldtof::study::reproduce::{FigureId, MadeFigure, ReproduceOptions, Reproduction, reproduce};
 use goldtof::study::stress::{self, StressOptions, StressReport};
 use serde_json::{Value, json};
@@ -78,7 +78,7 @@ fn written(simulation: &Simulation) -> String {
 
 /// Simulates scans in one go, and cut into stretches at `cuts`, and expects the same.
 fn assert_cut_anywhere(sensor: &Sensor, tier: Tier, repetitions: u64, cuts: &[u64]) {
-    let prepared = Prepared::new(sensor, tier, Engine::Auto).unwrap();
+    let prepared = PreparedTier::new(sensor, tier, Engine::Auto).unwrap();
     let simulated = Simulated::new(sensor, tier.scans(repetitions).seeded(7)).unwrap();
     let gather = |scans| simulated.gather(&prepared, scans, &mut |_| ()).unwrap();
     let conclude = |gathered| written(&simulated.conclude(gathered).unwrap());
@@ -155,7 +155,7 @@ fn what_the_verilog_was_not_made_to_show_is_that_of_all_shards() {
         "source[0].mean_power=2 pW",
     ];
     let sensor = sensor(QUICK, &dim);
-    let prepared = Prepared::new(&sensor, Tier::Rtl, Engine::Auto).unwrap();
+    let prepared = PreparedTier::new(&sensor, Tier::Rtl, Engine::Auto).unwrap();
     let mut said = [0; 3];
     for seed in 0..24 {
         let simulated = Simulated::new(&sensor, Tier::Rtl.scans(2).seeded(seed)).unwrap();
@@ -534,7 +534,7 @@ fn stress_cases_come_back_from_shards_in_their_order() {
     };
     let whole = verdicts(stress::run(&cases, job.seed, |_| ()).unwrap());
     let shard = |number| {
-        let part = Part::new(number, 3).unwrap();
+        let part = JobPart::new(number, 3).unwrap();
         let some: Vec<_> = part.every(5).map(|place| cases[place as usize]).collect();
         let report = stress::run(&some, job.seed, |_| ()).unwrap();
         (part, through_json(&Results::Stress(report.cases)))
@@ -556,7 +556,7 @@ fn figures_come_back_from_shards_in_their_order() {
     let [whole, joined] = ["whole", "joined"].map(open);
     let of_one_run = reproduce(&options, &whole, |_| ()).unwrap();
     let shard = |number| {
-        let part = Part::new(number, 2).unwrap();
+        let part = JobPart::new(number, 2).unwrap();
         let figures = part.every(2).map(|place| options.figures[place as usize]);
         let made = figures.map(|id| MadeFigure::new(id, &options).unwrap());
         (part, through_json(&Results::Reproduce(made.collect())))

@@ -7,7 +7,7 @@ use goldtof::Jobs as _;
 use goldtof::scene::{Architecture, EstimatorKind, Scene, load};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
-use goldtof::study::architectures::{Comparison, Point, compare};
+use goldtof::study::architectures::{ArchitectureComparison, ArchitecturePoint, compare};
 use optics_support::{gold_9, repeated, table_i_scene};
 
 fn scene(primary_cps: f64, integration_chips: u64) -> Scene {
@@ -20,11 +20,15 @@ const ALL_TIMES: u64 = 13_100;
 const FIVE_TIMES: u64 = 200;
 
 /// In bright light, for two tests.
-static IN_BRIGHT_LIGHT: LazyLock<Comparison> =
+static IN_BRIGHT_LIGHT: LazyLock<ArchitectureComparison> =
     LazyLock::new(|| compare(&scene(25e6, ALL_TIMES)).expect("it can be compared"));
 
 /// The points of one sensor by one estimator, in order of time.
-fn points<'c>(compared: &'c Comparison, name: &str, estimator: EstimatorKind) -> Vec<&'c Point> {
+fn points<'c>(
+    compared: &'c ArchitectureComparison,
+    name: &str,
+    estimator: EstimatorKind,
+) -> Vec<&'c ArchitecturePoint> {
     let way = compared.ways.iter().find(|way| way.name == name);
     let points = way.expect("there is one").points.iter();
     points.filter(|point| point.estimator == estimator).collect()
@@ -46,9 +50,10 @@ fn a_histogram_is_four_times_as_precise_as_sixteen_steps() {
             // Of the shortest time nothing is expected of fits to steps in dim light, which scatter by a quarter of a
             // chip, nor, in bright light, of a histogram's phase: seven code periods say too little of the dead time.
             assert!(steps.len() + 1 >= times && histograms.len() + 1 >= times);
-            let of_that_time = |histogram: &Point| -> Option<f64> {
+            let of_that_time = |histogram: &ArchitecturePoint| -> Option<f64> {
                 let mut steps = steps.iter();
-                let times = |steps: &Point| steps.measuring_time_s / histogram.measuring_time_s;
+                let times =
+                    |steps: &ArchitecturePoint| steps.measuring_time_s / histogram.measuring_time_s;
                 let found = steps.find(|steps| (times(steps) - 1.0).abs() < 3e-3)?;
                 Some(found.std_m / histogram.std_m)
             };
@@ -79,7 +84,7 @@ fn a_histogram_is_four_times_as_precise_as_sixteen_steps() {
 
 #[test]
 fn the_front_is_what_nothing_beats() {
-    let all: Vec<&Point> = IN_BRIGHT_LIGHT
+    let all: Vec<&ArchitecturePoint> = IN_BRIGHT_LIGHT
         .ways
         .iter()
         .filter(|way| way.whole_range)
@@ -112,13 +117,13 @@ fn too_few_photons_for_a_fit_of_shared_light_have_a_remark_in_place_of_numbers()
     let edges = (0..31).filter(|&i| chips[i] != chips[(i + 1) % 31]).count() as f64 / 31.0;
     let of_a_chip = compared.detected_rate_cps * 8e-9 / 8.0;
     for (name, groups) in [("parallel 16", 16.0), ("parallel 16, near the peak", 1.0)] {
-        let differing = |point: &Point| {
+        let differing = |point: &ArchitecturePoint| {
             let chips = point.measuring_time_s / 8e-9 / groups;
             chips * edges * of_a_chip
         };
         let all = points(&compared, name, EstimatorKind::Fft);
         let fits = points(&compared, name, EstimatorKind::Model);
-        let enough = |point: &&&Point| differing(point) > 50.0;
+        let enough = |point: &&&ArchitecturePoint| differing(point) > 50.0;
         assert!(fits.iter().all(|fit| differing(fit) > 50.0 * 0.9), "{name}");
         assert_eq!(fits.len(), all.iter().filter(enough).count(), "{name}");
         assert!(!fits.is_empty() && fits.len() < all.len(), "{name}");

@@ -7,7 +7,7 @@ use goldtof::estimate::histogram::{Uncorrected, dead_time};
 use goldtof::estimate::report::Reporter;
 use goldtof::estimate::{delay_error_ps, distance_m};
 use goldtof::histogram::Histogram;
-use goldtof::histogram::correlation::Correlator;
+use goldtof::histogram::correlation::HistogramCorrelator;
 use goldtof::photons::{DetectorModel, Pulse, PulseStream, StepCount};
 use goldtof::response::{MeanResponse, SecondMoments};
 use goldtof::scan::Sample;
@@ -62,7 +62,7 @@ fn every_phase_step_counts_what_the_up_down_sensor_would() {
         panic!("one histogram");
     };
     assert_eq!(sampled.total(), pulses.len() as u64);
-    assert_eq!(Correlator::new(&gold_9(), 8).signed_counts(sampled), expected);
+    assert_eq!(HistogramCorrelator::new(&gold_9(), 8).signed_counts(sampled), expected);
     // Pulses of 7 ns never merge after a dead time of 14 ns. What the window's rims cut is in
     // the bin of the period's first sample.
     let [of_events] = &made(&scene, Tier::Events, 5, 1)[..] else {
@@ -288,7 +288,7 @@ fn a_report_says_what_the_bins_say() {
         assert_eq!(report.fit.is_some(), estimator == EstimatorKind::Model);
     }
     let total = histogram.total();
-    let signed = Correlator::new(&gold_9(), 8).signed_counts(histogram).into_iter();
+    let signed = HistogramCorrelator::new(&gold_9(), 8).signed_counts(histogram).into_iter();
     let counts: Vec<StepCount> = signed.map(|signed| StepCount { signed, total }).collect();
     scene.estimator = EstimatorKind::Fft;
     let report = Reporter::new(&Sensor::new(&scene), FIRST).scan(&counts);

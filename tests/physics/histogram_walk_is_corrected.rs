@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 use goldtof_fft::num_complex::Complex64;
 
 use goldtof::estimate::{delay_error_ps, distance_m};
-use goldtof::histogram::correction::{Afterpulses, CorrectionError, DeadTime};
-use goldtof::histogram::correlation::Correlator;
+use goldtof::histogram::correction::{BinnedAfterpulses, BinnedDetector, CorrectionError};
+use goldtof::histogram::correlation::HistogramCorrelator;
 use goldtof::scene::Scene;
 use optics_support::stepped::Stepped;
 use optics_support::{gold_11, ideal_scene, table_i_scene};
@@ -24,7 +24,7 @@ fn scene(primary_cps: f64) -> Scene {
 
 /// Time that the phase gives for a histogram, by the article's formula.
 fn phase_ps(bins: &[f64]) -> f64 {
-    let counts = Correlator::new(&gold_11(), SAMPLES).correlate(bins);
+    let counts = HistogramCorrelator::new(&gold_11(), SAMPLES).correlate(bins);
     let peak = (0..counts.len()).max_by(|&a, &b| counts[a].total_cmp(&counts[b]));
     let peak = peak.expect("steps") as i64;
     let samples = i64::from(SAMPLES);
@@ -58,10 +58,10 @@ impl Walk {
     }
 }
 
-fn table_i(afterpulses: bool) -> DeadTime {
-    DeadTime {
+fn table_i(afterpulses: bool) -> BinnedDetector {
+    BinnedDetector {
         bins: 14.0,
-        afterpulses: afterpulses.then(|| Afterpulses {
+        afterpulses: afterpulses.then(|| BinnedAfterpulses {
             mean_per_avalanche: -(1.0 - 0.137_f64).ln(),
             time_constant_bins: 5.0,
         }),
@@ -112,7 +112,7 @@ fn the_dead_time_need_not_be_whole_bins() {
         scene.detectors[0].dead_time_ps = dead_time_ps;
         scene.paths[0].delay_ps = 20_125.0;
         let bins = Stepped::new(&scene, STEP_PS).hits_per_sample();
-        let dead_time = DeadTime { bins: dead_time_ps / 1000.0, ..table_i(true) };
+        let dead_time = BinnedDetector { bins: dead_time_ps / 1000.0, ..table_i(true) };
         let light = dead_time.correct_means(&bins, 1.0).expect("it is ready");
         let walk = Walk::of(&scene);
         let left = walk.mm(&light.per_period);
@@ -128,7 +128,7 @@ fn constant_light_comes_back_whatever_the_dead_time() {
     for dead_time_bins in [0.0, 0.3, 1.0, 1.75, 7.0, 15.5, 16.0, 39.2] {
         let light = 0.02;
         let detected = light / (1.0 + light * dead_time_bins);
-        let dead_time = DeadTime { bins: dead_time_bins, afterpulses: None };
+        let dead_time = BinnedDetector { bins: dead_time_bins, afterpulses: None };
         let corrected = dead_time.correct_means(&[detected; 16], 1.0).expect("it is ready");
         for bin in 0..16 {
             assert!((corrected.per_period[bin] - light).abs() < 1e-14);
@@ -146,13 +146,13 @@ fn what_no_such_detector_counts_is_refused() {
         panic!("{refused:?}");
     };
     assert!((ready - (1.0 - 7.0)).abs() < 1e-12);
-    let with = |bins, mean_per_avalanche, time_constant_bins| DeadTime {
+    let with = |bins, mean_per_avalanche, time_constant_bins| BinnedDetector {
         bins,
-        afterpulses: Some(Afterpulses { mean_per_avalanche, time_constant_bins }),
+        afterpulses: Some(BinnedAfterpulses { mean_per_avalanche, time_constant_bins }),
     };
-    let refuses = |dead_time: DeadTime| dead_time.correct_means(&[0.01; 16], 1.0).is_err();
+    let refuses = |dead_time: BinnedDetector| dead_time.correct_means(&[0.01; 16], 1.0).is_err();
     for bins in [f64::NAN, -1.0, f64::INFINITY] {
-        assert!(refuses(DeadTime { bins, afterpulses: None }));
+        assert!(refuses(BinnedDetector { bins, afterpulses: None }));
     }
     assert!(refuses(with(0.9, 0.1, 5.0)));
     assert!(refuses(with(14.0, -0.1, 5.0)) && refuses(with(14.0, 0.1, 0.0)));

@@ -7,7 +7,7 @@ use goldtof::estimate::fit::{OtherLight, fit_means};
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::response::{MeanCount, MeanResponse, SecondMoments};
 use goldtof::scan::Step;
-use goldtof::scene::{Curve, DetectorIndex, JitterTail, LaserResponse, Scene};
+use goldtof::scene::{DetectorIndex, JitterTail, LaserResponse, Scene, WaveformCurve};
 use goldtof::sensor::Sensor;
 
 use optics_support::stepped::Stepped;
@@ -111,7 +111,7 @@ fn a_measured_response_counts_as_the_edges_that_it_makes() {
     scene.sources[0].response = LaserResponse::Edges { rise_time_ps: 800.0, fall_time_ps: 800.0 };
     let edges = means(&scene);
     let points = (0..16).map(|n| [62.5 * (f64::from(n) - 7.5), 1.0 / 16.0]);
-    scene.sources[0].response = LaserResponse::Measured(Curve { points: points.collect() });
+    scene.sources[0].response = LaserResponse::Measured(WaveformCurve { points: points.collect() });
     let [signed, total] = differences(&edges, &means(&scene));
     assert!(signed < 5e-4 && total < 5e-4, "{signed:.1e} {total:.1e}");
 }
@@ -130,7 +130,7 @@ fn a_measured_tail_counts_as_the_exponential_that_it_is() {
         let inside = 400.0 * (1.0 - ratio / (ratio.exp() - 1.0));
         [f64::from(n) * bin_ps + inside, late(n) - late(n + 1)]
     }));
-    measured.detectors[0].jitter_tail = JitterTail::Measured(Curve { points });
+    measured.detectors[0].jitter_tail = JitterTail::Measured(WaveformCurve { points });
     let [signed, total] = differences(&means(&scene), &means(&measured));
     assert!(signed < 1e-4 && total < 1e-4, "{signed:.1e} {total:.1e}");
 }

@@ -6,7 +6,8 @@ use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::Step;
 use goldtof::scene::{
-    Curve, DetectorIndex, JitterTail, LaserResponse, Path, Recharge, Scan, Scene, SourceIndex,
+    DetectorIndex, JitterTail, LaserResponse, Path, Recharge, Scan, Scene, SourceIndex,
+    WaveformCurve,
 };
 use goldtof::sensor::Sensor;
 use optics_support::{
@@ -251,9 +252,11 @@ fn edges_of_the_light_agree() {
         stretched(0.0, 900.0),
         stretched(0.0, -1_300.0),
         stretched(1e3, 2e3),
-        LaserResponse::Measured(Curve { points: vec![[-900.0, 0.3], [0.0, 0.4], [9.9e3, 0.3]] }),
+        LaserResponse::Measured(WaveformCurve {
+            points: vec![[-900.0, 0.3], [0.0, 0.4], [9.9e3, 0.3]],
+        }),
         // Longer than a profile.
-        LaserResponse::Measured(Curve { points: long }),
+        LaserResponse::Measured(WaveformCurve { points: long }),
     ] {
         let mut scene = table_i_scene(gold_5(), 25e6, 1_000);
         scene.scan.steps = 40;
@@ -291,7 +294,7 @@ fn jitter_with_a_tail_and_jitter_over_chips_agree() {
     scene.detectors[0].jitter_tail = JitterTail::Exponential { share: 0.3, time_constant_ps: 5e3 };
     Comparison::of_seed(4, &scene, 600).assert_same_distribution("exponential tail");
     scene.detectors[0].jitter_tail =
-        JitterTail::Measured(Curve { points: vec![[0.0, 0.5], [2e3, 0.3], [20e3, 0.2]] });
+        JitterTail::Measured(WaveformCurve { points: vec![[0.0, 0.5], [2e3, 0.3], [20e3, 0.2]] });
     Comparison::of_seed(5, &scene, 600).assert_same_distribution("measured tail");
 }
 

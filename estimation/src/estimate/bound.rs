@@ -12,11 +12,11 @@ use super::expected_counts::{ExpectedCounts, with_counts};
 use super::fit::bins::BinFitter;
 use super::fit::error::FitError;
 use super::fit::likeliest::{Likeliest, PathSlopes, Scatter, is_off_information, likeliest};
-use super::fit::moments::Moments;
+use super::fit::moments::ProblemMoments;
 use super::fit::moving;
-use super::fit::parameters::{Column, Parameters};
-use super::fit::problem::{Beside, Problem, Reading, Sides, window};
-use super::fit::template::Axis;
+use super::fit::parameters::{DerivativeColumn, FitParameters};
+use super::fit::problem::{NeighbouringResponses, Problem, ResponseReading, Sides, window};
+use super::fit::template::DelayAxis;
 use super::fit::weights::Weights;
 use super::phase::first_maximum;
 use super::prediction::moves;
@@ -33,7 +33,7 @@ const MOST_CHIPS_APART: f64 = 0.1;
 
 /// How precise estimates from the counts of one scan can be.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Bound {
+pub struct PrecisionBound {
     /// One entry per path that carries modulated light, in the scene's order.
     pub paths: Vec<PathBound>,
     /// Phase steps that take part: the whole scan, of a path that moves 3 S round its peak.
@@ -98,7 +98,7 @@ impl PathBound {
     }
 }
 
-impl Bound {
+impl PrecisionBound {
     /// What a fit of path `path` is expected to be off by, that of the expected counts being `fitted`: its derivatives and
     /// second moments are those of light nearby, so that its standard deviation may be off by 1 %, but is not better
     /// than the bound; and it knows of one slope of the counts only. A fit of fewer paths than reach the detector has
@@ -153,7 +153,7 @@ pub fn bound(
     sensor: &Sensor,
     detector: DetectorIndex,
     tier: CountingTier,
-) -> Result<Bound, FitError> {
+) -> Result<PrecisionBound, FitError> {
     if sensor.scene().hardware.architecture == Architecture::Histogram {
         return bound_of_bins(sensor, detector);
     }
@@ -168,10 +168,10 @@ pub fn bound(
 /// The bound for a histogram: the Cramer-Rao bound where the bins carry the same information at
 /// every plausible delay. Elsewhere there is not one bound for all estimates, and this is the standard
 /// deviation of the maximum-likelihood estimate.
-fn bound_of_bins(sensor: &Sensor, detector: DetectorIndex) -> Result<Bound, FitError> {
+fn bound_of_bins(sensor: &Sensor, detector: DetectorIndex) -> Result<PrecisionBound, FitError> {
     let fitter = BinFitter::new(sensor, detector)?;
     let (clock, scatter) = (sensor.clock(), fitter.scatter_chips()?);
-    Ok(Bound {
+    Ok(PrecisionBound {
         paths: vec![PathBound {
             path: fitter.path,
             bound_m: distance_m(clock.ps(scatter.law.std)),
@@ -194,7 +194,7 @@ pub(super) fn averaged(
     detector: DetectorIndex,
     tier: CountingTier,
 ) -> Option<f64> {
-    let of = |bound: &Bound| match bound.paths[..] {
+    let of = |bound: &PrecisionBound| match bound.paths[..] {
         [path] => Some((path.path, path.slope_m)),
         _ => None,
     };
@@ -218,9 +218,9 @@ pub(super) fn averaged(
 pub(super) fn beside<'m>(
     response: &MeanResponse<'m>,
     tier: CountingTier,
-) -> Option<Vec<Beside<'m>>> {
+) -> Option<Vec<NeighbouringResponses<'m>>> {
     let light = Light::of(response.model());
-    let parameters = Parameters::of(&light);
+    let parameters = FitParameters::of(&light);
     let problem = Problem::of_scan(response.model(), tier);
     let of_unknown = |unknown| problem.beside(&parameters, response, unknown).ok();
     (!light.paths.is_empty()).then(|| (0..parameters.len()).map(of_unknown).collect())?
@@ -232,13 +232,13 @@ pub(super) fn bound_of(
     detector: DetectorIndex,
     tier: CountingTier,
     counts: &ExpectedCounts,
-) -> Result<Bound, FitError> {
+) -> Result<PrecisionBound, FitError> {
     let light = Light::of(counts.model());
     if light.paths.is_empty() {
         return Err(FitError::Dark);
     }
     let problem = Problem::of_scan(counts.model(), tier);
-    bound_of_problem(sensor, detector, &problem, &Parameters::of(&light), counts)
+    bound_of_problem(sensor, detector, &problem, &FitParameters::of(&light), counts)
 }
 
 /// The bound of a path that moves, and of its speed.
@@ -247,7 +247,7 @@ fn bound_of_moving(
     detector: DetectorIndex,
     tier: CountingTier,
     moment_ps: f64,
-) -> Result<Bound, FitError> {
+) -> Result<PrecisionBound, FitError> {
     let still = sensor.still_at(moment_ps);
     with_counts(&still, detector, tier, |counts| {
         let peak = Step::at(first_maximum(&counts.signed()));
@@ -263,20 +263,23 @@ fn bound_of_problem<'m>(
     sensor: &Sensor,
     detector: DetectorIndex,
     problem: &Problem<'m>,
-    parameters: &Parameters,
+    parameters: &FitParameters,
     counts: &ExpectedCounts<'_, 'm>,
-) -> Result<Bound, FitError> {
+) -> Result<PrecisionBound, FitError> {
     let jacobian = match &counts.beside {
-        None => problem.jacobian(parameters, counts.response, Reading::Exact, Sides::Both)?,
+        None => {
+            problem.jacobian(parameters, counts.response, ResponseReading::Exact, Sides::Both)?
+        }
         Some(beside) => {
             let columns = beside.iter();
-            let column = |side| problem.slope_between(parameters, side, Reading::Exact);
+            let column = |side| problem.slope_between(parameters, side, ResponseReading::Exact);
             columns.map(column).collect::<Result<_, _>>()?
         }
     };
-    let axis = Axis::new(sensor, detector, problem.tier, &problem.steps);
+    let axis = DelayAxis::new(sensor, detector, problem.tier, &problem.steps);
     let means: Vec<_> = problem.steps.iter().map(|step| counts.means[step.index()]).collect();
-    let moments = |few: &Problem| Ok::<_, FitError>(Arc::new(Moments::of(few, counts.second)));
+    let moments =
+        |few: &Problem| Ok::<_, FitError>(Arc::new(ProblemMoments::of(few, counts.second)));
     let weights = problem.weights(&axis, parameters, &means, None, moments)?;
     let corners = Corners::of(sensor, detector, problem, parameters)?;
     let of = (counts.response, &means[..]);
@@ -287,14 +290,14 @@ fn bound_of_problem<'m>(
 /// `jacobian` has the means' derivatives.
 fn bound_of_weights<'m>(
     problem: &Problem<'m>,
-    parameters: &Parameters,
+    parameters: &FitParameters,
     (response, means): (&MeanResponse<'m>, &[MeanCount]),
-    jacobian: &[Column],
+    jacobian: &[DerivativeColumn],
     (weights, corners): (&Weights, Corners),
-) -> Result<Bound, FitError> {
+) -> Result<PrecisionBound, FitError> {
     check_close(problem, parameters)?;
     let (steps, unknowns) = (problem.steps.len(), parameters.len());
-    let information_of = |jacobian: &[Column]| {
+    let information_of = |jacobian: &[DerivativeColumn]| {
         weights.information(jacobian).ok_or(FitError::Undetermined { steps, unknowns })
     };
     let information = information_of(jacobian)?;
@@ -340,10 +343,10 @@ fn bound_of_weights<'m>(
         })
     };
     let paths = problem.model.modulated_paths().enumerate();
-    Ok(Bound { paths: paths.map(bound).collect::<Result<_, FitError>>()?, steps })
+    Ok(PrecisionBound { paths: paths.map(bound).collect::<Result<_, FitError>>()?, steps })
 }
 
-/// [`Bound::errors_of_fit`] without the bound: how unevenly the counts change is told with the weights of Poisson counts,
+/// [`PrecisionBound::errors_of_fit`] without the bound: how unevenly the counts change is told with the weights of Poisson counts,
 /// which cost little.
 ///
 /// # Errors
@@ -362,13 +365,13 @@ pub fn errors_of_fit(
     let model = DetectorModel::new(sensor, detector);
     let (response, problem) =
         (MeanResponse::of_tier(&model, tier)?, Problem::of_scan(&model, tier));
-    let parameters = Parameters::of(&Light::of(&model));
+    let parameters = FitParameters::of(&Light::of(&model));
     let corners = Corners::of(sensor, detector, &problem, &parameters)?;
     if corners == Corners::Unseen && !may_be_uneven(&problem, &parameters, &response) {
         return Ok(fitted);
     }
     let means = response.mean_counts();
-    let jacobian = problem.jacobian(&parameters, &response, Reading::Exact, Sides::Both)?;
+    let jacobian = problem.jacobian(&parameters, &response, ResponseReading::Exact, Sides::Both)?;
     let (of, weights) = ((&response, &means[..]), Weights::of_poisson(&means));
     let about = bound_of_weights(&problem, &parameters, of, &jacobian, (&weights, corners))?;
     let of_path = about.paths.iter().find(|entry| entry.path == path);
@@ -386,7 +389,7 @@ pub(super) fn check_scene_even(
     response: &MeanResponse,
 ) -> Result<(), FitError> {
     let problem = Problem::of_scan(response.model(), tier);
-    let parameters = Parameters::of(&Light::of(response.model()));
+    let parameters = FitParameters::of(&Light::of(response.model()));
     check_close(&problem, &parameters)?;
     if !may_be_uneven(&problem, &parameters, response) {
         return Ok(());
@@ -406,7 +409,7 @@ pub fn bound_m(
     sensor: &Sensor,
     path: PathIndex,
     counting: CountingTier,
-    bound: &Result<Bound, FitError>,
+    bound: &Result<PrecisionBound, FitError>,
 ) -> Result<(f64, BoundKind), String> {
     let bound = bound.as_ref().map_err(ToString::to_string)?;
     let detector = sensor.scene().paths[path].detector;
@@ -427,7 +430,7 @@ pub fn bound_and_remark(
     sensor: &Sensor,
     path: PathIndex,
     counting: CountingTier,
-    bound: &Result<Bound, FitError>,
+    bound: &Result<PrecisionBound, FitError>,
 ) -> (Option<f64>, Option<BoundKind>, Option<String>) {
     match bound_m(sensor, path, counting, bound) {
         Ok((bound_m, kind)) => {
@@ -538,8 +541,9 @@ mod tests {
             let second = SecondMoments::new(&response).expect("there are some");
             let light = Light::of(&model);
             let problem = Problem::of_scan(&model, tier);
-            let parameters = Parameters::of(&light);
-            let jacobian = problem.jacobian(&parameters, &response, Reading::Exact, Sides::Both);
+            let parameters = FitParameters::of(&light);
+            let jacobian =
+                problem.jacobian(&parameters, &response, ResponseReading::Exact, Sides::Both);
             let exact = Weights::of(&second.of_scan());
             let exact = exact.information(&jacobian.expect("there is one")).expect("it is regular");
             let exact_m = distance_m(sensor.clock().ps(exact.standard_deviations()[0]));

@@ -4,8 +4,8 @@
 use super::fit::LEAST_SHARE;
 use super::fit::error::FitError;
 use super::fit::normal::Normal;
-use super::fit::parameters::{Column, Parameters, PathParameters};
-use super::fit::problem::{Problem, Reading, Sides};
+use super::fit::parameters::{DerivativeColumn, FitParameters, PathParameters};
+use super::fit::problem::{Problem, ResponseReading, Sides};
 use super::fit::slipping::SlippingLight;
 use super::{TheoryEffort, Work};
 use crate::response::MeanResponse;
@@ -47,7 +47,7 @@ pub enum Corners {
     /// path that moves comes by every one, what steps that count the same light tell is [averaged](super::bound), and under
     /// light of other clocks a fit's scatter is drawn with what that adds.
     Unseen,
-    /// Those of each path, which is [by itself](Parameters::are_apart).
+    /// Those of each path, which is [by itself](FitParameters::are_apart).
     Apart,
     /// Those of peaks that meet, all together.
     Meet,
@@ -58,7 +58,7 @@ impl Corners {
         sensor: &Sensor,
         detector: DetectorIndex,
         problem: &Problem,
-        parameters: &Parameters,
+        parameters: &FitParameters,
     ) -> Result<Corners, FitError> {
         let is_under_slipping_light = SlippingLight::of(problem.model).next().is_some();
         if parameters.walk.is_some() || problem.shares_light() || is_under_slipping_light {
@@ -78,7 +78,7 @@ impl Corners {
 }
 
 /// Refuses [close](CLOSE_CHIPS) paths of few samples a chip, of which a fit takes both.
-pub fn check_close(problem: &Problem, parameters: &Parameters) -> Result<(), FitError> {
+pub fn check_close(problem: &Problem, parameters: &FitParameters) -> Result<(), FitError> {
     let samples_per_chip = problem.samples_per_chip();
     let are_both_lit = |[one, other]: [&PathParameters; 2]| {
         let [one, other] = [one.rate(), other.rate()];
@@ -92,7 +92,11 @@ pub fn check_close(problem: &Problem, parameters: &Parameters) -> Result<(), Fit
 }
 
 /// Whether nothing may be expected of the scene, so that its slopes are compared.
-pub fn may_be_uneven(problem: &Problem, parameters: &Parameters, response: &MeanResponse) -> bool {
+pub fn may_be_uneven(
+    problem: &Problem,
+    parameters: &FitParameters,
+    response: &MeanResponse,
+) -> bool {
     let has_few_samples = problem.samples_per_chip() < EVEN_SAMPLES && !problem.shares_light();
     parameters.walk.is_none() && (response.misses_pulses() || has_few_samples)
 }
@@ -132,9 +136,9 @@ pub fn most_uneven(
 /// information changes too much within it.
 pub fn averaged_over_delays(
     problem: &Problem,
-    parameters: &Parameters,
+    parameters: &FitParameters,
     information: &Normal,
-    information_of: impl Fn(&[Column]) -> Result<Normal, FitError>,
+    information_of: impl Fn(&[DerivativeColumn]) -> Result<Normal, FitError>,
 ) -> Result<Option<Vec<f64>>, FitError> {
     let paths = parameters.paths.len();
     let delays: Vec<usize> = (0..paths).map(|path| 2 * path).collect();
@@ -149,7 +153,8 @@ pub fn averaged_over_delays(
                 path.delay_chips += side * by;
             }
             let response = problem.response(&there)?;
-            let jacobian = problem.jacobian(&there, &response, Reading::Exact, Sides::Both)?;
+            let jacobian =
+                problem.jacobian(&there, &response, ResponseReading::Exact, Sides::Both)?;
             let Ok(there) = information_of(&jacobian) else { return Ok(None) };
             let stds = of_delays(&there).zip(of_delays(information)).zip(&mut variances);
             for ((std, here), variance) in stds {

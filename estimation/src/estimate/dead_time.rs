@@ -1,6 +1,6 @@
 //! Dead time and afterpulses as a histogram has them, if it shows them.
 
-use crate::histogram::correction::{Afterpulses, DeadTime};
+use crate::histogram::correction::{BinnedAfterpulses, BinnedDetector};
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
@@ -81,7 +81,7 @@ pub enum Uncorrected {
 ///
 /// # Errors
 /// Why it does not.
-pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<DeadTime, Uncorrected> {
+pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<BinnedDetector, Uncorrected> {
     let spad = &sensor.scene().detectors[detector];
     let sample_ps = sensor.clock().sample_period_ps();
     let [pulse_ns, sample_ns, dead_time_ns] =
@@ -105,14 +105,14 @@ pub fn dead_time(sensor: &Sensor, detector: DetectorIndex) -> Result<DeadTime, U
     if low_ps > spad.dead_time_ps {
         return Err(Uncorrected::PulsesMerge { pulse_ns, sample_ns, dead_time_ns });
     }
-    let afterpulses = (spad.afterpulsing_probability > 0.0).then(|| Afterpulses {
+    let afterpulses = (spad.afterpulsing_probability > 0.0).then(|| BinnedAfterpulses {
         mean_per_avalanche: spad.afterpulses_per_avalanche(),
         time_constant_bins: spad.afterpulsing_time_constant_ps / sample_ps,
     });
     if afterpulses.is_some() && spad.dead_time_ps < sample_ps {
         return Err(Uncorrected::DeadTimeBelowSample { dead_time_ns, sample_ns });
     }
-    Ok(DeadTime { bins: spad.dead_time_ps / sample_ps, afterpulses })
+    Ok(BinnedDetector { bins: spad.dead_time_ps / sample_ps, afterpulses })
 }
 
 /// Whole code periods that a sensor's histogram takes in.

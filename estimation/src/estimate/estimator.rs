@@ -34,7 +34,7 @@ pub struct Estimator<'s> {
 
 /// What an estimate is made from.
 #[derive(Debug, Clone, Copy)]
-pub enum Counted<'c> {
+pub enum EstimatorInput<'c> {
     /// Counts of phase steps, of either architecture.
     Steps(&'c [StepCount]),
     /// The bins of a histogram.
@@ -43,7 +43,7 @@ pub enum Counted<'c> {
 
 /// What the scene's estimator says.
 #[derive(Debug, Clone)]
-pub enum Found {
+pub enum Estimated {
     Phase(Estimate),
     Fit(ModelEstimate),
 }
@@ -98,11 +98,11 @@ impl<'s> Estimator<'s> {
     ///
     /// # Panics
     /// If a histogram has not one bin per sample of the code.
-    pub fn chance(&self, counted: Counted) -> Option<f64> {
+    pub fn chance(&self, counted: EstimatorInput) -> Option<f64> {
         let of_bins;
         let counts = match counted {
-            Counted::Steps(counts) => counts,
-            Counted::Bins(histogram) => {
+            EstimatorInput::Steps(counts) => counts,
+            EstimatorInput::Bins(histogram) => {
                 of_bins = self.phase_of_bins().step_counts(histogram);
                 &of_bins
             }
@@ -138,28 +138,28 @@ impl<'s> Estimator<'s> {
     ///
     /// # Panics
     /// If a histogram has not one bin per sample of the code.
-    pub fn answer(&self, counted: Counted) -> Result<Found, NotFound> {
+    pub fn answer(&self, counted: EstimatorInput) -> Result<Estimated, NotFound> {
         self.modulated?;
         let scene = self.sensor.scene();
         Ok(match (scene.estimator, counted) {
-            (EstimatorKind::Fft, Counted::Bins(histogram)) => {
-                Found::Phase(self.phase_of_bins().estimate(histogram)?)
+            (EstimatorKind::Fft, EstimatorInput::Bins(histogram)) => {
+                Estimated::Phase(self.phase_of_bins().estimate(histogram)?)
             }
-            (EstimatorKind::Fft, Counted::Steps(counts)) => {
+            (EstimatorKind::Fft, EstimatorInput::Steps(counts)) => {
                 let signed: Vec<i64> = counts.iter().map(|count| count.signed).collect();
-                Found::Phase(estimate(self.sensor.timing(), &signed, self.offset_ps)?)
+                Estimated::Phase(estimate(self.sensor.timing(), &signed, self.offset_ps)?)
             }
-            (EstimatorKind::Model, Counted::Bins(histogram)) => {
-                Found::Fit(self.fitter_of_bins()?.fit(histogram)?)
+            (EstimatorKind::Model, EstimatorInput::Bins(histogram)) => {
+                Estimated::Fit(self.fitter_of_bins()?.fit(histogram)?)
             }
-            (EstimatorKind::Model, Counted::Steps(_)) if self.is_histogram() => {
+            (EstimatorKind::Model, EstimatorInput::Steps(_)) if self.is_histogram() => {
                 return Err(NotFound::NoBins);
             }
-            (EstimatorKind::Model, Counted::Steps(_)) if !scene.sends_total_counts() => {
+            (EstimatorKind::Model, EstimatorInput::Steps(_)) if !scene.sends_total_counts() => {
                 return Err(NotFound::NoTotals);
             }
-            (EstimatorKind::Model, Counted::Steps(counts)) => {
-                Found::Fit(self.fitter().fit(counts)?)
+            (EstimatorKind::Model, EstimatorInput::Steps(counts)) => {
+                Estimated::Fit(self.fitter().fit(counts)?)
             }
         })
     }

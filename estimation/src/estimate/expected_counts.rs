@@ -1,7 +1,7 @@
 //! The expected counts of a scan.
 
 use super::CountingTier;
-use super::fit::problem::Beside;
+use super::fit::problem::NeighbouringResponses;
 use crate::photons::DetectorModel;
 use crate::response::{MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
@@ -15,7 +15,7 @@ pub(super) struct ExpectedCounts<'r, 'm> {
     /// Of every step.
     pub means: Vec<MeanCount>,
     /// Responses on both sides of each of the light's unknowns, where they are known already.
-    pub beside: Option<Vec<Beside<'m>>>,
+    pub beside: Option<Vec<NeighbouringResponses<'m>>>,
 }
 
 /// The result of `then` for the expected counts of a scene's detector.

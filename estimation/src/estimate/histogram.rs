@@ -7,15 +7,15 @@
 use super::dead_time::periods;
 pub use super::dead_time::{Uncorrected, dead_time};
 use super::phase::{Estimate, NoEstimate, estimate, estimate_values, is_one_window};
-use super::prediction::{Answer, is_never_largest};
+use super::prediction::{PhaseAnswer, is_never_largest};
 use super::truth::Asked;
 use super::{
     CountingTier, Prediction, PredictionError, TheoryEffort, Work, calibration_offset_ps, coverage,
     missed,
 };
 use crate::histogram::Histogram;
-use crate::histogram::correction::{CorrectionError, DeadTime, PrimaryLight};
-use crate::histogram::correlation::Correlator;
+use crate::histogram::correction::{BinnedDetector, CorrectionError, PrimaryLight};
+use crate::histogram::correlation::HistogramCorrelator;
 use crate::math::normal_cdf;
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
@@ -41,8 +41,8 @@ pub enum NoHistogramEstimate {
 #[derive(Debug)]
 pub struct PhaseOfHistogram<'s> {
     sensor: &'s Sensor,
-    correlator: Correlator,
-    dead_time: Result<DeadTime, Uncorrected>,
+    correlator: HistogramCorrelator,
+    dead_time: Result<BinnedDetector, Uncorrected>,
     offset_ps: f64,
 }
 
@@ -55,7 +55,7 @@ impl<'s> PhaseOfHistogram<'s> {
         let code = sensor.reference(detector);
         PhaseOfHistogram {
             sensor,
-            correlator: Correlator::new(code, sensor.clock().samples_per_chip),
+            correlator: HistogramCorrelator::new(code, sensor.clock().samples_per_chip),
             dead_time: dead_time(sensor, detector),
             offset_ps: calibration_offset_ps(sensor, detector, CountingTier::Sampled),
         }
@@ -135,7 +135,7 @@ impl<'e, 'm> ExpectedHistogram<'e, 'm> {
         if let Some(light) = self.light.as_ref().filter(|_| is_modulated) {
             coverage::check_ready(&light.ready, periods(sensor))?;
         }
-        let answer = Answer::to_path(values, asked, model)?;
+        let answer = PhaseAnswer::to_path(values, asked, model)?;
         let variance_ps2 = self.variance_of_sum(&answer.slopes_ps)?;
         let peak_variance = self.variance_of_sum(&[(Step::at(answer.peak), 1.0)])?;
         let per_count = self.value_per_count();

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::fit::moving::MOST_STEPS_MOVED;
 use super::phase::window_indices;
-use super::prediction::{Answer, Prediction, PredictionError};
+use super::prediction::{PhaseAnswer, Prediction, PredictionError};
 use super::truth::Asked;
 use super::{delay_error_ps, distance_m, still};
 use crate::photons::DetectorModel;
@@ -40,7 +40,7 @@ pub(super) fn predict(asked: &Asked) -> Result<Prediction, PredictionError> {
         expected[index] = moments.signed_mean;
         variances.push(moments.signed_variance);
     }
-    let answer = Answer::round(&expected, timing, peak, asked.offset_ps())?;
+    let answer = PhaseAnswer::round(&expected, timing, peak, asked.offset_ps())?;
     let counted_ps2: f64 = if timing.parallel == 1 {
         let of_steps = answer.slopes_ps.iter().zip(&variances);
         of_steps.map(|((_, slope), variance)| slope * slope * variance).sum()

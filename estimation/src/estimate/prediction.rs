@@ -126,7 +126,7 @@ pub enum PredictionError {
 
 /// The phase estimator's answer to the values that are expected of a scan's phase steps, round
 /// the peak of some path.
-pub(super) struct Answer<'v> {
+pub(super) struct PhaseAnswer<'v> {
     pub values: &'v [f64],
     pub peak: usize,
     pub estimate: Estimate,
@@ -134,13 +134,13 @@ pub(super) struct Answer<'v> {
     pub slopes_ps: Vec<(Step, f64)>,
 }
 
-impl<'v> Answer<'v> {
+impl<'v> PhaseAnswer<'v> {
     /// Round the step of the largest of `values` that counts for a path of the detector `model`.
     pub fn to_path(
         values: &'v [f64],
         asked: &Asked,
         model: &DetectorModel,
-    ) -> Result<Answer<'v>, PredictionError> {
+    ) -> Result<PhaseAnswer<'v>, PredictionError> {
         // A path without modulated light has no peak, whatever other light peaks.
         if !model.modulated_paths().any(|modulated| modulated == asked.path) {
             return Err(PredictionError::Flat);
@@ -151,7 +151,7 @@ impl<'v> Answer<'v> {
         if values[peak] - smallest <= 1e-9 * values[peak].abs() {
             return Err(PredictionError::Flat);
         }
-        Ok(Answer::round(values, asked.sensor.timing(), peak, asked.offset_ps())?)
+        Ok(PhaseAnswer::round(values, asked.sensor.timing(), peak, asked.offset_ps())?)
     }
 
     /// Round a step.
@@ -160,14 +160,14 @@ impl<'v> Answer<'v> {
         timing: &Timing,
         peak: usize,
         offset_ps: f64,
-    ) -> Result<Answer<'v>, CoarseOnly> {
+    ) -> Result<PhaseAnswer<'v>, CoarseOnly> {
         let fundamental = fundamental(values, peak, timing)?;
         let slope_ps = |(offset, index): (i64, usize)| {
             let samples = f64::from(timing.clock.samples_per_chip);
             let angle = PI * offset as f64 / samples + fundamental.arg();
             (Step::at(index), timing.clock.ps(angle.sin() / fundamental.norm() / PI))
         };
-        Ok(Answer {
+        Ok(PhaseAnswer {
             values,
             peak,
             estimate: estimate_at(values, peak, timing, offset_ps),

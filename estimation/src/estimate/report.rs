@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::bound::{BoundKind, bound_and_remark};
 use super::chance::{DOUBTFUL, NO_PEAK};
 use super::coverage;
-use super::estimator::{Counted, Estimator, Found};
+use super::estimator::{Estimated, Estimator, EstimatorInput};
 use super::evidence::{Comparisons, Evidence, Expectation, ExpectedErrors};
 use super::fit::{ALARM_SIGMAS, FittedPath, ModelEstimate, shared_light};
 use super::histogram;
@@ -190,7 +190,7 @@ impl<'s> Reporter<'s> {
             ));
             return report;
         }
-        self.report(Counted::Steps(counts))
+        self.report(EstimatorInput::Steps(counts))
     }
 
     /// The distance that a histogram gives, with the scene's estimator.
@@ -198,7 +198,7 @@ impl<'s> Reporter<'s> {
     /// # Panics
     /// If the histogram has not one bin per sample of the detector's code.
     pub fn histogram(&self, histogram: &Histogram) -> EstimateReport {
-        self.report(Counted::Bins(histogram))
+        self.report(EstimatorInput::Bins(histogram))
     }
 
     /// The same without counts: what is expected of the estimator against the first path.
@@ -225,9 +225,9 @@ impl<'s> Reporter<'s> {
     }
 
     /// The estimator's answer, with truth and expectation beside it.
-    fn report(&self, counted: Counted) -> EstimateReport {
+    fn report(&self, counted: EstimatorInput) -> EstimateReport {
         let mut report = self.without_estimate();
-        let of_steps = matches!(counted, Counted::Steps(_));
+        let of_steps = matches!(counted, EstimatorInput::Steps(_));
         let modulated = self.estimator.check_modulated();
         let walks = modulated.is_ok().then(|| self.estimator.walks(of_steps)).flatten();
         let measured_ps = modulated.map_err(|reason| reason.to_string()).and_then(|()| {
@@ -246,7 +246,11 @@ impl<'s> Reporter<'s> {
     }
 
     /// Whether a scan without the own light has counts as large: then there is no estimate.
-    fn check_chance(&self, report: &mut EstimateReport, counted: Counted) -> Result<(), String> {
+    fn check_chance(
+        &self,
+        report: &mut EstimateReport,
+        counted: EstimatorInput,
+    ) -> Result<(), String> {
         report.chance_fraction = self.estimator.chance(counted);
         let Some(fraction) = report.chance_fraction.filter(|&fraction| fraction >= DOUBTFUL) else {
             return Ok(());
@@ -378,11 +382,11 @@ impl EstimateReport {
         &mut self,
         sensor: &Sensor,
         detector: DetectorIndex,
-        found: &Found,
+        found: &Estimated,
         of_steps: bool,
     ) -> f64 {
         match found {
-            Found::Phase(estimate) => {
+            Estimated::Phase(estimate) => {
                 self.distance_m = Some(estimate.distance_m);
                 self.coarse_phase_step = Some(estimate.coarse_step);
                 if let Some(reason) = estimate.coarse_only {
@@ -390,7 +394,7 @@ impl EstimateReport {
                 }
                 estimate.delay_ps
             }
-            Found::Fit(fitted) => {
+            Estimated::Fit(fitted) => {
                 self.distance_m = Some(fitted.distance_m);
                 self.fit = Some(FitReport::of(sensor, fitted));
                 let shared = of_steps.then(|| shared_light(sensor, detector)).flatten();

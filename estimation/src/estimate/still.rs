@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::expected_counts::{ExpectedCounts, with_counts};
 use super::prediction::{
-    Answer, Prediction, PredictionError, coarse_failure_bound_fraction, peak_of_path,
+    PhaseAnswer, Prediction, PredictionError, coarse_failure_bound_fraction, peak_of_path,
 };
 use super::truth::Asked;
 use super::{coverage, missed};
@@ -22,7 +22,7 @@ pub(super) fn predict_from(
     asked: &Asked,
 ) -> Result<Prediction, PredictionError> {
     let expected = counts.signed();
-    let answer = Answer::to_path(&expected, asked, counts.model())?;
+    let answer = PhaseAnswer::to_path(&expected, asked, counts.model())?;
     let variance_ps2 = variance_of_sum(counts, &answer.slopes_ps);
     let peak_variance = counts.signed_variance(answer.peak);
     coverage::check_slipping(counts.model(), asked.tier, peak_variance)?;

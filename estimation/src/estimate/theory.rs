@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::bound::{Bound, beside, bound, bound_of};
+use super::bound::{PrecisionBound, beside, bound, bound_of};
 use super::expected_counts::ExpectedCounts;
 use super::fit::error::FitError;
 use super::prediction::{Prediction, PredictionError, moves};
@@ -25,7 +25,7 @@ pub struct Theory {
     pub missed: Vec<Option<f64>>,
     /// How precise any estimator can be.
     #[serde(with = "as_data")]
-    pub bound: Result<Bound, FitError>,
+    pub bound: Result<PrecisionBound, FitError>,
 }
 
 /// What theory tells as data, where it does not refuse to: what is asked again of a refusal costs little.
@@ -34,13 +34,13 @@ mod as_data {
     use serde::{Deserializer, Serializer, ser::Error as _};
 
     /// A result, or several.
-    pub trait Told: Sized {
+    pub trait ResultShape: Sized {
         type Data: for<'de> Deserialize<'de>;
         fn data(&self) -> Option<impl Serialize>;
         fn of(data: Self::Data) -> Self;
     }
 
-    impl<T: Serialize + for<'de> Deserialize<'de>, E> Told for Result<T, E> {
+    impl<T: Serialize + for<'de> Deserialize<'de>, E> ResultShape for Result<T, E> {
         type Data = T;
 
         fn data(&self) -> Option<impl Serialize> {
@@ -52,7 +52,7 @@ mod as_data {
         }
     }
 
-    impl<T: Told> Told for Vec<T> {
+    impl<T: ResultShape> ResultShape for Vec<T> {
         type Data = Vec<T::Data>;
 
         fn data(&self) -> Option<impl Serialize> {
@@ -64,11 +64,11 @@ mod as_data {
         }
     }
 
-    pub fn serialize<T: Told, S: Serializer>(told: &T, to: S) -> Result<S::Ok, S::Error> {
+    pub fn serialize<T: ResultShape, S: Serializer>(told: &T, to: S) -> Result<S::Ok, S::Error> {
         told.data().ok_or_else(|| S::Error::custom("a refusal is no data"))?.serialize(to)
     }
 
-    pub fn deserialize<'de, T: Told, D: Deserializer<'de>>(from: D) -> Result<T, D::Error> {
+    pub fn deserialize<'de, T: ResultShape, D: Deserializer<'de>>(from: D) -> Result<T, D::Error> {
         T::Data::deserialize(from).map(T::of)
     }
 }

@@ -14,7 +14,7 @@ const MOST_ASKED: f64 = 0.9;
 
 /// Errors are spread too widely over the range to have a mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spread {
+pub struct SpreadTooWide {
     /// Length of the mean of the errors as directions, 0 to 1.
     pub resultant: f64,
     /// What it must be for so many.
@@ -23,7 +23,7 @@ pub struct Spread {
     pub range_m: f64,
 }
 
-impl fmt::Display for Spread {
+impl fmt::Display for SpreadTooWide {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
@@ -48,7 +48,7 @@ fn least_resultant(count: usize) -> f64 {
 ///
 /// # Errors
 /// If they are spread so widely that a mean is meaningless.
-pub fn unwrap(errors_m: &[f64], range_m: f64) -> Result<Vec<f64>, Spread> {
+pub fn unwrap(errors_m: &[f64], range_m: f64) -> Result<Vec<f64>, SpreadTooWide> {
     let (mut sin, mut cos) = (0.0, 0.0);
     for error_m in errors_m {
         let angle = 2.0 * PI * error_m / range_m;
@@ -58,7 +58,7 @@ pub fn unwrap(errors_m: &[f64], range_m: f64) -> Result<Vec<f64>, Spread> {
     let resultant = sin.hypot(cos) / errors_m.len().max(1) as f64;
     let least = least_resultant(errors_m.len());
     if !errors_m.is_empty() && resultant < least {
-        return Err(Spread { resultant, least, range_m });
+        return Err(SpreadTooWide { resultant, least, range_m });
     }
     let mean_m = sin.atan2(cos) / (2.0 * PI) * range_m;
     let unwrapped = errors_m.iter().map(|&error_m| {
@@ -73,11 +73,11 @@ pub fn unwrap(errors_m: &[f64], range_m: f64) -> Result<Vec<f64>, Spread> {
 ///
 /// # Errors
 /// If it is spread so widely that a mean is meaningless.
-pub fn check_normal(std_m: f64, range_m: f64) -> Result<(), Spread> {
+pub fn check_normal(std_m: f64, range_m: f64) -> Result<(), SpreadTooWide> {
     // Of a wrapped normal error.
     let resultant = (-0.5 * (2.0 * PI * std_m / range_m).powi(2)).exp();
     if resultant < LEAST_RESULTANT {
-        return Err(Spread { resultant, least: LEAST_RESULTANT, range_m });
+        return Err(SpreadTooWide { resultant, least: LEAST_RESULTANT, range_m });
     }
     Ok(())
 }

@@ -16,7 +16,7 @@ use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF as _};
 
 use crate::estimate::distance_m;
-use crate::histogram::correlation::Correlator;
+use crate::histogram::correlation::HistogramCorrelator;
 use crate::math::share_interval;
 use crate::photons::DetectorModel;
 use crate::response::{Light, merged_share};
@@ -347,7 +347,7 @@ fn code(sensor: &Sensor, dark: &DarkCounts) -> Result<Option<f64>, DensityError>
     if spread == 0.0 {
         return Ok(None);
     }
-    let correlator = Correlator::new(code, sensor.clock().samples_per_chip);
+    let correlator = HistogramCorrelator::new(code, sensor.clock().samples_per_chip);
     let signed = correlator.correlate(&bins).into_iter();
     let follows = signed.map(|signed| (signed - all * balance) / spread).enumerate();
     let Some((step, z)) = follows.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())) else {

@@ -13,7 +13,7 @@ use csv::StringRecord;
 use serde::Serialize;
 
 use super::code_density::{DarkCounts, DarkParts};
-use super::{Recorded, RecordedHistogram, RecordedScan};
+use super::{RecordedCounts, RecordedHistogram, RecordedScan};
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m, possible_count};
 use crate::files::read_bytes;
 use crate::histogram::Histogram;
@@ -146,7 +146,7 @@ pub struct CountsFile {
     /// Line of the heading, 1-based.
     pub heading_line: u64,
     /// The columns that the heading names.
-    pub columns: Vec<Column>,
+    pub columns: Vec<CsvColumn>,
     /// Lines below the heading that are neither empty nor comments.
     pub rows: u64,
     /// Smallest phase step, or bin; null where there is none.
@@ -159,7 +159,8 @@ pub struct CountsFile {
 
 /// A column of a file of counts.
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
-pub struct Column {
+#[schemars(rename = "Column")]
+pub struct CsvColumn {
     /// Its name in the heading.
     pub name: String,
     /// What it is read as; null for an unknown name.
@@ -198,7 +199,7 @@ impl CountsFile {
         for name in &heading {
             let known = layout.columns.iter().find(|(known, _)| *known == name);
             let taken_for = known.map(|(_, meaning)| *meaning);
-            file.columns.push(Column { name: name.to_owned(), taken_for });
+            file.columns.push(CsvColumn { name: name.to_owned(), taken_for });
         }
         let place = heading.iter().position(|name| name == layout.needed[0]);
         let mut record = StringRecord::new();
@@ -236,10 +237,10 @@ impl CountsFile {
     ///
     /// # Errors
     /// If the file is not of the format, or is of another scene.
-    pub fn recorded(&self, sensor: &Sensor) -> Result<Recorded, CountsError> {
+    pub fn recorded(&self, sensor: &Sensor) -> Result<RecordedCounts, CountsError> {
         let recorded = match self.has_bins() {
-            true => histograms(self, sensor).map(Recorded::Histograms),
-            false => scans(self, sensor).map(Recorded::Scans),
+            true => histograms(self, sensor).map(RecordedCounts::Histograms),
+            false => scans(self, sensor).map(RecordedCounts::Scans),
         };
         recorded.map_err(|wrong| CountsError::of(&self.file, wrong))
     }
@@ -257,7 +258,7 @@ impl fmt::Display for CountsFile {
         writeln!(f, "  decimal sign  {decimal_sign}")?;
         writeln!(f, "  heading       line {}", self.heading_line)?;
         let width = self.columns.iter().map(|column| column.name.len()).max().unwrap_or(0);
-        for (place, Column { name, taken_for }) in (1..).zip(&self.columns) {
+        for (place, CsvColumn { name, taken_for }) in (1..).zip(&self.columns) {
             let label = format!("column {place}");
             let taken_for = taken_for.unwrap_or("not known");
             writeln!(f, "  {label:12}  {name:width$}  {taken_for}")?;

@@ -1,7 +1,7 @@
 //! Fits of a scene with some of its values unknown to recorded counts.
 
 use super::Cause;
-use super::observed::{Agreement, Expected, Observed, Whitening, differences};
+use super::observed::{Agreement, ExpectedNumbers, Observed, Whitening, differences};
 use crate::estimate::fit::FitError;
 use crate::estimate::fit::normal::Normal;
 use crate::estimate::fit::scoring::{Counts, Settling, Slopes, settle};
@@ -60,15 +60,15 @@ unknowns! {
 /// rate in counts per second, dead time in ps, probability of an afterpulse, logarithms of the chip period and of the
 /// integration time, 1 for the other recharge.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Change([f64; 8]);
+pub(super) struct SceneChange([f64; 8]);
 
 /// A scene fitted to counts.
 #[derive(Clone)]
 pub(super) struct SceneFit {
-    pub change: Change,
+    pub change: SceneChange,
     /// The unknowns and their standard deviations.
     pub errors: Vec<(Unknown, f64)>,
-    pub expected: Expected,
+    pub expected: ExpectedNumbers,
     pub agreement: Agreement,
     pub degrees: usize,
     pub p_value: Option<f64>,
@@ -126,10 +126,10 @@ impl Unknown {
     }
 }
 
-impl Change {
+impl SceneChange {
     /// All light later.
-    pub fn later(delay_ps: f64) -> Change {
-        Change::default().by(Unknown::Delay, delay_ps)
+    pub fn later(delay_ps: f64) -> SceneChange {
+        SceneChange::default().by(Unknown::Delay, delay_ps)
     }
 
     /// The difference of an unknown from the scene's.
@@ -138,7 +138,7 @@ impl Change {
     }
 
     /// The same with one unknown moved further.
-    pub fn by(mut self, unknown: Unknown, by: f64) -> Change {
+    pub fn by(mut self, unknown: Unknown, by: f64) -> SceneChange {
         self.0[unknown as usize] += by;
         self
     }
@@ -192,11 +192,11 @@ impl Change {
     }
 
     /// A fit's start.
-    pub fn start(self, sensor: &Sensor, observed: Observed) -> Result<Start, FitError> {
-        Ok(Start { change: self, expected: self.expected(sensor, observed)? })
+    pub fn start(self, sensor: &Sensor, observed: Observed) -> Result<ExpectedChange, FitError> {
+        Ok(ExpectedChange { change: self, expected: self.expected(sensor, observed)? })
     }
 
-    fn expected(&self, sensor: &Sensor, observed: Observed) -> Result<Expected, FitError> {
+    fn expected(&self, sensor: &Sensor, observed: Observed) -> Result<ExpectedNumbers, FitError> {
         let applied = self.applied(sensor, observed.detector());
         Ok(observed.expected(&applied, self.value(Unknown::Delay))?.in_times(self.times()))
     }
@@ -204,8 +204,8 @@ impl Change {
 
 impl SceneFit {
     /// Where it ended, for a fit that goes on from there.
-    pub fn end(&self) -> Start {
-        Start { change: self.change, expected: self.expected.clone() }
+    pub fn end(&self) -> ExpectedChange {
+        ExpectedChange { change: self.change, expected: self.expected.clone() }
     }
 
     /// Standard deviation of an unknown.
@@ -239,9 +239,9 @@ impl SceneFit {
 
 /// A change, and what is expected with it.
 #[derive(Clone)]
-pub(super) struct Start {
-    pub change: Change,
-    pub expected: Expected,
+pub(super) struct ExpectedChange {
+    pub change: SceneChange,
+    pub expected: ExpectedNumbers,
 }
 
 /// Fits the unknowns to what was recorded, from `start` on, with the recharge that `start` has.
@@ -249,10 +249,10 @@ pub(super) fn fit(
     sensor: &Sensor,
     observed: Observed,
     unknowns: &[Unknown],
-    start: Start,
+    start: ExpectedChange,
 ) -> Result<SceneFit, FitError> {
     let values = observed.values();
-    let Start { mut change, mut expected } = start;
+    let ExpectedChange { mut change, mut expected } = start;
     let of_numbers = unknowns.iter().copied().filter(|unknown| *unknown != Unknown::Recharge);
     let unknowns = &of_numbers.collect::<Vec<_>>()[..];
     let mut errors = Vec::new();
@@ -300,21 +300,21 @@ struct SceneCounts<'p> {
     /// Of each unknown.
     reach: Vec<[f64; 2]>,
     /// What covariances are scaled from, to the light as it changes.
-    known: &'p Expected,
+    known: &'p ExpectedNumbers,
     whitening: Whitening,
-    weighed_at: Change,
+    weighed_at: SceneChange,
     /// Longest that one response may take on one core.
     limit_s: f64,
 }
 
 /// A change of the scene, and the means that follow from it.
 struct Trial {
-    change: Change,
+    change: SceneChange,
     means: Vec<f64>,
 }
 
 impl SceneCounts<'_> {
-    fn changed(&self, change: &Change, step: &[f64]) -> Change {
+    fn changed(&self, change: &SceneChange, step: &[f64]) -> SceneChange {
         let steps = self.unknowns.iter().zip(step);
         steps.fold(*change, |change, (unknown, by)| change.by(*unknown, *by))
     }
@@ -326,7 +326,7 @@ impl SceneCounts<'_> {
         [least.min(0.0), most.max(0.0)]
     }
 
-    fn means(&self, change: &Change) -> Result<Vec<f64>, FitError> {
+    fn means(&self, change: &SceneChange) -> Result<Vec<f64>, FitError> {
         let detector = self.observed.detector();
         let applied = change.applied(self.sensor, detector);
         TheoryEffort::of(&applied, detector)?.check_within(Work::Response, self.limit_s)?;

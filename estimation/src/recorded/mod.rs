@@ -37,7 +37,7 @@ mod hypothesis;
 mod observed;
 mod report;
 
-pub use csv_file::{Column, CountsError, CountsFile, Dialect};
+pub use csv_file::{CountsError, CountsFile, CsvColumn, Dialect};
 pub use diagnosis::{Diagnosis, TestOutcome};
 pub use expected::{expected_bins, expected_csv};
 pub use observed::HITS_OF_A_SUM;
@@ -128,7 +128,7 @@ impl RecordedScan {
 
 /// What a file has of every detector that it names.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Recorded {
+pub enum RecordedCounts {
     /// Counts of the phase steps of a scan.
     Scans(Vec<RecordedScan>),
     /// Bins, of a sensor that keeps a histogram.
@@ -140,7 +140,7 @@ pub enum Recorded {
 ///
 /// # Errors
 /// If the file cannot be read, is not of the format, or is of another scene.
-pub fn read_recorded(path: &Path, sensor: &Sensor) -> Result<Recorded, CountsError> {
+pub fn read_recorded(path: &Path, sensor: &Sensor) -> Result<RecordedCounts, CountsError> {
     CountsFile::read(path)?.recorded(sensor)
 }
 

@@ -7,11 +7,11 @@ use super::expected::with_std;
 use super::{RecordedHistogram, RecordedScan};
 use crate::estimate::CountingTier;
 use crate::estimate::fit::FitError;
-use crate::estimate::fit::moments::PerDetection;
+use crate::estimate::fit::moments::StepMomentsPerDetection;
 use crate::estimate::fit::weights::Weights;
 use crate::estimate::histogram::{PhaseOfHistogram, dead_time};
 use crate::estimate::report::{EstimateReport, Reporter};
-use crate::histogram::correction::DeadTime;
+use crate::histogram::correction::BinnedDetector;
 use crate::histogram::innovations::{Innovations, deviance};
 use crate::photons::{DetectorModel, StepCount};
 use crate::response::{CountMoments, MeanCount, MeanResponse, SecondMoments};
@@ -107,19 +107,19 @@ impl Observed<'_> {
     }
 
     /// The expectation of a sensor, for light that comes later by a delay.
-    pub fn expected(self, sensor: &Sensor, delay_ps: f64) -> Result<Expected, FitError> {
+    pub fn expected(self, sensor: &Sensor, delay_ps: f64) -> Result<ExpectedNumbers, FitError> {
         let model = DetectorModel::new(sensor, self.detector());
         let delayed = Observed::delayed(&model, delay_ps)?;
         Ok(match self {
             Observed::Steps(scan) => {
                 let moments = SecondMoments::new(&delayed)?.of_scan();
                 let mean = |moment: &CountMoments| [moment.signed_mean, moment.total_mean];
-                Expected {
+                ExpectedNumbers {
                     means: moments.iter().flat_map(mean).collect(),
                     scatter: Scatter::Steps { moments, has_totals: scan.has_totals },
                 }
             }
-            Observed::Bins(recorded) => Expected {
+            Observed::Bins(recorded) => ExpectedNumbers {
                 means: delayed.mean_bins(),
                 scatter: Scatter::Bins {
                     dead_time: dead_time(sensor, recorded.detector)?,
@@ -132,7 +132,7 @@ impl Observed<'_> {
 
 /// Means of all numbers, and how they scatter.
 #[derive(Debug, Clone)]
-pub(super) struct Expected {
+pub(super) struct ExpectedNumbers {
     pub means: Vec<f64>,
     scatter: Scatter,
 }
@@ -140,12 +140,12 @@ pub(super) struct Expected {
 #[derive(Debug, Clone)]
 enum Scatter {
     Steps { moments: Vec<CountMoments>, has_totals: bool },
-    Bins { dead_time: DeadTime, periods: f64 },
+    Bins { dead_time: BinnedDetector, periods: f64 },
 }
 
-impl Expected {
+impl ExpectedNumbers {
     /// The same of a scan with or without totals.
-    pub fn with_totals(mut self, has: bool) -> Expected {
+    pub fn with_totals(mut self, has: bool) -> ExpectedNumbers {
         if let Scatter::Steps { has_totals, .. } = &mut self.scatter {
             *has_totals = has;
         }
@@ -153,7 +153,7 @@ impl Expected {
     }
 
     /// The same of so many times the integration time: every moment grows with it.
-    pub fn in_times(mut self, times: f64) -> Expected {
+    pub fn in_times(mut self, times: f64) -> ExpectedNumbers {
         self.means.iter_mut().for_each(|mean| *mean *= times);
         match &mut self.scatter {
             Scatter::Steps { moments, .. } => {
@@ -292,7 +292,8 @@ impl Whitening {
 /// Weights of steps that expect some means, from second moments at other means.
 fn weights(moments: &[CountMoments], has_totals: bool, means: &[f64]) -> Weights {
     let scaled = moments.iter().zip(pairs(means));
-    let scaled = scaled.map(|(known, mean)| PerDetection::from_moments(known).expecting(&mean));
+    let scaled =
+        scaled.map(|(known, mean)| StepMomentsPerDetection::from_moments(known).expecting(&mean));
     let scaled: Vec<CountMoments> = scaled.collect();
     match has_totals {
         true => Weights::of(&scaled),

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::diagnosis::{Diagnosis, diagnose, fit_of_scene};
 use super::hypothesis::{SceneFit, Unknown};
-use super::observed::{Agreement, Expected, Observed};
+use super::observed::{Agreement, ExpectedNumbers, Observed};
 use super::{Cause, RecordedHistogram, RecordedScan};
 use crate::estimate::chance::{DOUBTFUL, NO_PEAK};
 use crate::estimate::coverage::steps_outside;
@@ -309,7 +309,7 @@ fn steps(
     sensor: &Sensor,
     scan: &RecordedScan,
     offset_ps: f64,
-    expected: &Expected,
+    expected: &ExpectedNumbers,
     agreement: &Agreement,
 ) -> Vec<StepResidual> {
     let step_ps = sensor.clock().sample_period_ps();
@@ -335,7 +335,7 @@ fn steps(
 /// Residuals of each bin of a histogram.
 fn bins(
     recorded: &RecordedHistogram,
-    expected: &Expected,
+    expected: &ExpectedNumbers,
     agreement: &Agreement,
 ) -> Vec<BinResidual> {
     let counts = recorded.histogram.bins().iter().copied();
@@ -354,7 +354,7 @@ fn bins(
 /// What a scene as it is lets one expect of a whole scan of a detector, or why nothing is: the counts do not
 /// change it.
 #[derive(Debug, Clone)]
-pub struct AsItIs(Result<Expected, String>);
+pub struct AsItIs(Result<ExpectedNumbers, String>);
 
 impl AsItIs {
     /// Works it out.
@@ -367,7 +367,7 @@ impl AsItIs {
     }
 
     /// Of a scan with or without totals.
-    fn of(&self, scan: &RecordedScan) -> Result<Expected, String> {
+    fn of(&self, scan: &RecordedScan) -> Result<ExpectedNumbers, String> {
         self.0.clone().map(|expected| expected.with_totals(scan.has_totals))
     }
 }
@@ -407,13 +407,16 @@ pub fn histogram_against_scene(
     Ok(bins(recorded, &expected, &agreement))
 }
 
-fn as_it_is(sensor: &Sensor, observed: Observed) -> Result<Expected, String> {
+fn as_it_is(sensor: &Sensor, observed: Observed) -> Result<ExpectedNumbers, String> {
     let effort = TheoryEffort::of(sensor, observed.detector()).map_err(|e| e.to_string())?;
     effort.check(Work::Predictions(1)).map_err(|e| e.to_string())?;
     observed.expected(sensor, 0.0).map_err(|reason| reason.to_string())
 }
 
-fn held(observed: Observed, expected: Expected) -> Result<(Expected, Agreement), String> {
+fn held(
+    observed: Observed,
+    expected: ExpectedNumbers,
+) -> Result<(ExpectedNumbers, Agreement), String> {
     let agreement = expected.judge(&observed.values()).map_err(|reason| reason.to_string())?;
     Ok((expected, agreement))
 }

@@ -10,7 +10,7 @@ use crate::sensor::interface::Interface;
 pub const TOP: &str = "sensor_top";
 
 /// A design for which more is written.
-pub(super) struct Design<'a> {
+pub(super) struct EmittedDesign<'a> {
     pub(super) sensor: &'a Sensor,
     /// One file for each module, the top module's last.
     pub(super) files: &'a [EmittedFile],
@@ -20,7 +20,7 @@ pub(super) struct Design<'a> {
     pub(super) made_by: &'a str,
 }
 
-impl Design<'_> {
+impl EmittedDesign<'_> {
     /// The name of the top module.
     pub(super) fn top(&self) -> String {
         self.prefix.of(TOP)

@@ -4,7 +4,7 @@ use rust_hdl_core::block::Block;
 use serde::Serialize;
 
 use super::board::BoardProject;
-use super::design::{Design, EmittedFile, TOP};
+use super::design::{EmittedDesign, EmittedFile, TOP};
 use super::error::HdlError;
 use super::flow::Flow;
 use super::formal::Formal;
@@ -12,7 +12,7 @@ use super::limits::check_limits;
 use crate::document::{Body, Document};
 use crate::parts::{Part, parts_left_out};
 use crate::printable::printable_ascii;
-use crate::rtl::back::{ModuleText, Netlist, Prefix, verilog_of};
+use crate::rtl::back::{ModuleNetlist, ModuleText, Prefix, verilog_of};
 use crate::rtl::blocks::{HistogramTop, ScanRegisters, SensorTop};
 use crate::scene::SceneReference;
 use crate::sensor::Sensor;
@@ -35,7 +35,7 @@ pub struct Emission {
     pub files: Vec<EmittedFile>,
     /// The modules in them, and how they are connected.
     #[serde(skip)]
-    pub netlists: Vec<Netlist>,
+    pub netlists: Vec<ModuleNetlist>,
     /// Ports of the top module, in the order of the Verilog.
     pub ports: Vec<Port>,
     /// One clock cycle is one chip.
@@ -46,7 +46,7 @@ pub struct Emission {
     /// the one after which `m_axis_tvalid` shows its count.
     pub result_latency_clocks: u32,
     /// What the hardware was built for.
-    pub parameters: Parameters,
+    pub parameters: BuildParameters,
     /// The scan's counters, which simulations may move on to shorten steps and scans.
     pub scan_registers: ScanRegisters,
     /// What goes with the design: testbench, constraints, file list, core.
@@ -84,7 +84,8 @@ pub struct LeftOut {
 
 /// What the hardware was built for.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-pub struct Parameters {
+#[schemars(rename = "Parameters")]
+pub struct BuildParameters {
     /// Light sources.
     pub sources: usize,
     /// Detectors.
@@ -183,7 +184,7 @@ pub fn emit_prefixed(
     let (files, netlists) = modules(sensor, prefix, command)?;
     let command = printable_ascii(command);
     let made_by = made_by(&command);
-    let design = Design { sensor, files: &files, prefix, made_by: &made_by };
+    let design = EmittedDesign { sensor, files: &files, prefix, made_by: &made_by };
     let formal = Formal::of(&design);
     let flow = Flow::of(&design, &formal)?;
     Ok(Emission {
@@ -222,7 +223,7 @@ fn modules(
     sensor: &Sensor,
     prefix: &Prefix,
     command: &str,
-) -> Result<(Vec<EmittedFile>, Vec<Netlist>), HdlError> {
+) -> Result<(Vec<EmittedFile>, Vec<ModuleNetlist>), HdlError> {
     let interface = sensor.interface();
     check_limits(sensor, interface)?;
     let top: Box<dyn Block> = match interface.counting {
@@ -241,10 +242,10 @@ pub(super) fn made_by(command: &str) -> String {
     format!("{command} (goldtof {})", env!("CARGO_PKG_VERSION"))
 }
 
-fn parameters(sensor: &Sensor) -> Parameters {
+fn parameters(sensor: &Sensor) -> BuildParameters {
     let interface = sensor.interface();
     let detectors = interface.reference_codes.len();
-    Parameters {
+    BuildParameters {
         sources: interface.source_codes.len(),
         detectors: interface.reference_codes.len(),
         samples_per_chip: interface.lanes(),

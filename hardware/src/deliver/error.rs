@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use thiserror::Error;
 
 use crate::reference::predictor::ReferenceError;
-use crate::rtl::back::Refusal;
+use crate::rtl::back::FaultyDescription;
 
 /// Why a scene's hardware cannot be emitted.
 #[derive(Debug, Error)]
@@ -55,7 +55,7 @@ pub enum HdlError {
     },
     /// The back end refused a block.
     #[error("the hardware description is not sound, please report it: {0}")]
-    Refused(#[from] Refusal),
+    Refused(#[from] FaultyDescription),
     /// The testbench's vectors could not be made.
     #[error("no vectors for the testbench: {0}")]
     Vectors(#[from] ReferenceError),

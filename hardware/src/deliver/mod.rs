@@ -34,7 +34,7 @@ mod write;
 pub use crate::rtl::back::{BadPrefix, Prefix};
 pub use design::{EmittedFile, TOP};
 pub use emission::{
-    Emission, HistogramParameters, LeftOut, Parameters, PeakParameters, emit, emit_prefixed,
+    BuildParameters, Emission, HistogramParameters, LeftOut, PeakParameters, emit, emit_prefixed,
     verilog,
 };
 pub use error::HdlError;

@@ -4,7 +4,8 @@ use serde::Serialize;
 
 /// Cells of one family of FPGAs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-pub struct Cells {
+#[schemars(rename = "Cells")]
+pub struct FpgaCells {
     /// Look-up tables, those of carry chains included.
     pub luts: u64,
     /// Flip-flops.

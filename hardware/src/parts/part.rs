@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::cells::Cells;
+use super::cells::FpgaCells;
 
 /// A part of the hardware or of the simulation.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
@@ -17,7 +17,7 @@ pub struct Part {
     pub saving: Option<Saving>,
     /// What leaving a part of the hardware out saves of an FPGA, by the fit of
     /// [`resources`](super::resources), where that was found out.
-    pub saved_cells: Option<Cells>,
+    pub saved_cells: Option<FpgaCells>,
 }
 
 impl Part {

@@ -7,18 +7,18 @@ use std::sync::Arc;
 
 use super::canvas::Canvas;
 use super::coverage::{CoverPoint, CoverTable, StreamPoint};
-use super::exercise::{Counted, Exercised};
+use super::exercise::{CountedHits, Exercised};
 use super::resets::PortState;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// One transfer.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Beat {
     pub(super) data: u128,
     /// The hits in it.
-    pub(super) counted: Counted,
+    pub(super) counted: CountedHits,
 }
 
 /// Where the ports' bits are in a record; each is (word, shift).
@@ -33,7 +33,7 @@ struct AxisBits {
 
 /// The stream.
 #[derive(Debug, Clone)]
-pub(super) struct Axis {
+pub(super) struct AxiStream {
     bits: AxisBits,
     table: Arc<CoverTable>,
     /// What has been on it, resets notwithstanding.
@@ -83,17 +83,17 @@ pub(super) struct GroupState {
     proves: Vec<usize>,
 }
 
-impl Axis {
+impl AxiStream {
     /// An empty stream.
-    pub(super) fn new(interface: &Interface, layout: &Layout, table: Arc<CoverTable>) -> Axis {
+    pub(super) fn new(interface: &Interface, layout: &Layout, table: Arc<CoverTable>) -> AxiStream {
         let place = |role| layout.outputs.place(role);
-        Axis {
+        AxiStream {
             bits: AxisBits {
-                data: place(Role::Data),
-                tvalid: place(Role::Valid),
-                tlast: place(Role::Last),
-                overrun: place(Role::Overrun),
-                saturated: interface.saturates().then(|| place(Role::Saturated)),
+                data: place(PortRole::Data),
+                tvalid: place(PortRole::Valid),
+                tlast: place(PortRole::Last),
+                overrun: place(PortRole::Overrun),
+                saturated: interface.saturates().then(|| place(PortRole::Saturated)),
             },
             table,
             exercise: Exercised::of(interface.reference_codes.len()),

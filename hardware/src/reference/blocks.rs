@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::stimulus::{Drive, Stimulus};
 use crate::reference::exercise::Exercised;
 use crate::reference::levels::Levels;
-use crate::reference::predictor::{Reference, Skip, StepResult};
+use crate::reference::predictor::{ReferenceModel, Skip, StepResult};
 use crate::scan::Sample;
 use crate::scene::Polarity;
 use crate::sensor::layout::{Field, Layout};
@@ -103,7 +103,7 @@ pub struct BlockMaker<'a> {
     /// For each detector.
     hits: Vec<Vec<Sample>>,
     lanes: u32,
-    reference: &'a mut Reference,
+    reference: &'a mut ReferenceModel,
     stimulus: &'a mut dyn Stimulus,
     layout: &'a Layout,
     next: u64,
@@ -113,7 +113,7 @@ pub struct BlockMaker<'a> {
 impl<'a> BlockMaker<'a> {
     /// Makes blocks for a run of `clocks` clocks.
     pub fn new(
-        reference: &'a mut Reference,
+        reference: &'a mut ReferenceModel,
         stimulus: &'a mut dyn Stimulus,
         layout: &'a Layout,
         clocks: u64,
@@ -140,7 +140,7 @@ impl<'a> BlockMaker<'a> {
     }
 
     /// Results of the phase steps that ended in the blocks made so far; see
-    /// [`Reference::take_finished`].
+    /// [`ReferenceModel::take_finished`].
     pub fn take_finished(&mut self) -> impl Iterator<Item = StepResult> {
         self.reference.take_finished()
     }
@@ -235,7 +235,7 @@ impl<'a> BlockMaker<'a> {
 /// Results of the phase steps that a stimulus makes in so many clocks, in order, with no record of any
 /// port.
 pub fn results(
-    reference: &mut Reference,
+    reference: &mut ReferenceModel,
     stimulus: &mut dyn Stimulus,
     clocks: u64,
     on_result: &mut dyn FnMut(StepResult),

@@ -62,7 +62,7 @@ impl Canvas for Unseen {
 
 /// Outputs that change from one clock on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Change {
+pub struct OutputChange {
     /// First clock after whose rising edge they have changed.
     pub clock: u64,
     /// Word of the record.
@@ -74,16 +74,16 @@ pub struct Change {
 /// Only where the outputs change, and not those that follow a code.
 #[derive(Debug, Clone, Default)]
 pub struct Changes {
-    list: Vec<Change>,
+    list: Vec<OutputChange>,
 }
 
 impl Changes {
     /// Takes the changes before a clock, in order, once nothing before it is written
     /// any more. A bit that stays as it is is in none.
-    pub fn take_before(&mut self, clock: u64) -> Vec<Change> {
+    pub fn take_before(&mut self, clock: u64) -> Vec<OutputChange> {
         self.list.sort_unstable();
         let end = self.list.partition_point(|change| change.clock < clock);
-        let mut merged: Vec<Change> = Vec::new();
+        let mut merged: Vec<OutputChange> = Vec::new();
         for change in self.list.drain(..end) {
             match merged.last_mut() {
                 Some(last) if (last.clock, last.word) == (change.clock, change.word) => {
@@ -103,7 +103,7 @@ impl Canvas for Changes {
             return;
         }
         for clock in [clocks.start, clocks.end] {
-            self.list.push(Change { clock, word, flips: bits });
+            self.list.push(OutputChange { clock, word, flips: bits });
         }
     }
 

@@ -47,17 +47,17 @@ pub struct DetectorExercised {
 
 /// What a result counted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Counted {
+pub(super) struct CountedHits {
     pub(super) detector: DetectorIndex,
     pub(super) up: u64,
     pub(super) down: u64,
 }
 
-impl Counted {
+impl CountedHits {
     /// Of a detector's `total` hits whose signs add up to `sum`.
-    pub(super) fn new(detector: DetectorIndex, sum: i64, total: u64) -> Counted {
+    pub(super) fn new(detector: DetectorIndex, sum: i64, total: u64) -> CountedHits {
         let up = total.saturating_add_signed(sum) / 2;
-        Counted { detector, up, down: total - up }
+        CountedHits { detector, up, down: total - up }
     }
 }
 
@@ -70,7 +70,7 @@ impl Exercised {
     }
 
     /// A result stands on the stream.
-    pub(super) fn shows(&mut self, counted: Counted, is_scan_end: bool) {
+    pub(super) fn shows(&mut self, counted: CountedHits, is_scan_end: bool) {
         let detector = &mut self.detectors[counted.detector];
         detector.results += 1;
         detector.hits_up += counted.up;

@@ -1,13 +1,13 @@
 //! What the ways to cover points are made from: groups of phase steps, and whole scans.
 
-use super::planned::{Hits, Length, PlannedGroup, Reach};
+use super::planned::{Hits, Length, PlannedGroup, Shortening};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 
 /// Makes groups for a sensor.
 pub(super) struct GroupMaker<'a> {
     pub(super) interface: &'a Interface,
-    pub(super) reach: &'a Reach,
+    pub(super) reach: &'a Shortening,
     /// The detector that they are for, if they are for one.
     pub(super) detector: DetectorIndex,
 }

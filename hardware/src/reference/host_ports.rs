@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// What a host drives at a clock.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -29,34 +29,34 @@ pub struct HostInputs {
 
 impl HostInputs {
     /// What a port has; 0 of those that a host does not drive.
-    pub fn of(&self, role: Role) -> u64 {
+    pub fn of(&self, role: PortRole) -> u64 {
         match role {
-            Role::WriteAddress => self.write_address.into(),
-            Role::WriteAddressValid => self.write_address_valid.into(),
-            Role::WriteData => self.write_data.into(),
-            Role::WriteStrobe => self.write_strobe.into(),
-            Role::WriteValid => self.write_valid.into(),
-            Role::WriteResponseReady => self.write_response_ready.into(),
-            Role::ReadAddress => self.read_address.into(),
-            Role::ReadAddressValid => self.read_address_valid.into(),
-            Role::ReadReady => self.read_ready.into(),
+            PortRole::WriteAddress => self.write_address.into(),
+            PortRole::WriteAddressValid => self.write_address_valid.into(),
+            PortRole::WriteData => self.write_data.into(),
+            PortRole::WriteStrobe => self.write_strobe.into(),
+            PortRole::WriteValid => self.write_valid.into(),
+            PortRole::WriteResponseReady => self.write_response_ready.into(),
+            PortRole::ReadAddress => self.read_address.into(),
+            PortRole::ReadAddressValid => self.read_address_valid.into(),
+            PortRole::ReadReady => self.read_ready.into(),
             _ => 0,
         }
     }
 
     /// Changes what a port has; those that a host does not drive are passed over.
-    pub fn set(&mut self, role: Role, value: u64) {
+    pub fn set(&mut self, role: PortRole, value: u64) {
         let is_high = value & 1 == 1;
         match role {
-            Role::WriteAddress => self.write_address = value as u16,
-            Role::WriteAddressValid => self.write_address_valid = is_high,
-            Role::WriteData => self.write_data = value as u32,
-            Role::WriteStrobe => self.write_strobe = value as u8,
-            Role::WriteValid => self.write_valid = is_high,
-            Role::WriteResponseReady => self.write_response_ready = is_high,
-            Role::ReadAddress => self.read_address = value as u16,
-            Role::ReadAddressValid => self.read_address_valid = is_high,
-            Role::ReadReady => self.read_ready = is_high,
+            PortRole::WriteAddress => self.write_address = value as u16,
+            PortRole::WriteAddressValid => self.write_address_valid = is_high,
+            PortRole::WriteData => self.write_data = value as u32,
+            PortRole::WriteStrobe => self.write_strobe = value as u8,
+            PortRole::WriteValid => self.write_valid = is_high,
+            PortRole::WriteResponseReady => self.write_response_ready = is_high,
+            PortRole::ReadAddress => self.read_address = value as u16,
+            PortRole::ReadAddressValid => self.read_address_valid = is_high,
+            PortRole::ReadReady => self.read_ready = is_high,
             _ => {}
         }
     }

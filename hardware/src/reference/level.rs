@@ -11,17 +11,17 @@ use crate::scan::{Sample, Sampling};
 
 /// Turns one detector's pulses, in order of their first sample, into words.
 #[derive(Debug, Clone)]
-pub struct Level {
+pub struct LevelPainter {
     sampling: Sampling,
     /// The level is high on every sample before this one that a pulse covered,
     /// and low from here on unless another pulse covers it.
     high_until: Sample,
 }
 
-impl Level {
+impl LevelPainter {
     /// A level that is low so far. `lanes` is S, a power of two.
-    pub fn new(lanes: u32) -> Level {
-        Level { sampling: Sampling::new(lanes), high_until: Sample(0) }
+    pub fn new(lanes: u32) -> LevelPainter {
+        LevelPainter { sampling: Sampling::new(lanes), high_until: Sample(0) }
     }
 
     /// Paints the words of the clocks `block`.
@@ -84,7 +84,7 @@ mod tests {
 
     fn painted(lanes: u32, clocks: u64, block: u64, pulses: &[Pulse]) -> (Vec<u64>, Vec<u64>) {
         let sampling = Sampling::new(lanes);
-        let mut level = Level::new(lanes);
+        let mut level = LevelPainter::new(lanes);
         let mut words = vec![0; clocks as usize];
         let mut hits = Vec::new();
         let mut start = 0;

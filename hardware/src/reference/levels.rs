@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::level::Level;
+use super::level::LevelPainter;
 use crate::photons::{CellLevels, Pulse};
 use crate::scan::{Sample, Sampling};
 use crate::sensor::cells::{CellChange, Cells};
@@ -14,7 +14,7 @@ pub struct Levels {
     cells: Cells,
     sampling: Sampling,
     /// For each input.
-    inputs: Vec<Level>,
+    inputs: Vec<LevelPainter>,
     /// For each detector, if its cells have an input each.
     of_cells: Vec<CellLevels>,
 }
@@ -27,7 +27,7 @@ impl Levels {
         Levels {
             cells,
             sampling: interface.timing.sampling(),
-            inputs: vec![Level::new(interface.lanes()); interface.inputs()],
+            inputs: vec![LevelPainter::new(interface.lanes()); interface.inputs()],
             of_cells: vec![CellLevels::new(cells.count); detectors],
         }
     }

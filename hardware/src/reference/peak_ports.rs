@@ -10,7 +10,7 @@ use crate::scan::Group;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout};
 use crate::sensor::peak::PeakPlan;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// A detector's peak.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -63,9 +63,9 @@ impl PeakPorts {
         let field = |name| layout.outputs.field(name).clone();
         Some(PeakPorts {
             plan: *interface.peak()?,
-            step: field(Role::PeakStep),
-            count: field(Role::PeakCount),
-            valid: field(Role::PeakValid),
+            step: field(PortRole::PeakStep),
+            count: field(PortRole::PeakCount),
+            valid: field(PortRole::PeakValid),
             best: vec![None; detectors],
             last_group: Group(interface.groups() - 1),
             arriving: VecDeque::new(),

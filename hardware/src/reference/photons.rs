@@ -80,7 +80,7 @@ impl Stimulus for Photons<'_> {
 }
 
 /// Pulses that were recorded, in place of simulated ones: those of one scan.
-pub struct Recorded {
+pub struct RecordedPulses {
     /// Input by input, from the first scan's first sample on.
     pulses: Arc<Vec<Vec<Pulse>>>,
     next: Vec<usize>,
@@ -88,10 +88,10 @@ pub struct Recorded {
     sampling: Sampling,
 }
 
-impl Recorded {
+impl RecordedPulses {
     /// For a sensor with this interface.
-    pub fn new(pulses: Arc<Vec<Vec<Pulse>>>, interface: &Interface) -> Recorded {
-        Recorded {
+    pub fn new(pulses: Arc<Vec<Vec<Pulse>>>, interface: &Interface) -> RecordedPulses {
+        RecordedPulses {
             next: vec![0; pulses.len()],
             pulses,
             origin: first_sample(interface, RESET_CLOCKS),
@@ -100,7 +100,7 @@ impl Recorded {
     }
 }
 
-impl Stimulus for Recorded {
+impl Stimulus for RecordedPulses {
     fn drive(&mut self, drive: &mut Drive) {
         let clocks = drive.surroundings.clocks.clone();
         if clocks.start < RESET_CLOCKS {

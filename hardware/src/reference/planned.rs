@@ -21,7 +21,7 @@ pub(super) struct PlannedGroup {
     pub left_to_the_last: Option<u64>,
     pub hits: Hits,
     /// What the receiver does with the results of the group before.
-    pub receiver: Receiver,
+    pub receiver: ReceiverPlan,
     /// Chips after which a reset, which the next plan has, ends it.
     pub cut: Option<u64>,
     /// What a host does from then on.
@@ -110,7 +110,7 @@ pub(super) enum Hits {
 
 /// What the receiver does between the arrivals of two groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Receiver {
+pub(super) enum ReceiverPlan {
     Random,
     /// Always ready.
     Takes,
@@ -148,7 +148,7 @@ impl PlannedGroup {
             length: Length::Short,
             left_to_the_last: None,
             hits: Hits::Random,
-            receiver: Receiver::Takes,
+            receiver: ReceiverPlan::Takes,
             cut: None,
             asks: Vec::new(),
         }
@@ -168,7 +168,7 @@ impl PlannedGroup {
         PlannedGroup { hits, ..self }
     }
 
-    pub fn received(self, receiver: Receiver) -> PlannedGroup {
+    pub fn received(self, receiver: ReceiverPlan) -> PlannedGroup {
         PlannedGroup { receiver, ..self }
     }
 
@@ -206,7 +206,7 @@ fn peak_clocks(interface: &Interface) -> u64 {
 
 /// What can be shortened, and how far.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reach {
+pub(super) struct Shortening {
     /// Chips of the shortest group.
     pub shortest: u64,
     /// Groups can be left out.
@@ -215,9 +215,9 @@ pub(super) struct Reach {
     pub most_clocks: u64,
 }
 
-impl Reach {
+impl Shortening {
     /// With or without the scan's counters at hand.
-    pub fn of(interface: &Interface, shortens: bool, most_clocks: u64) -> Reach {
+    pub fn of(interface: &Interface, shortens: bool, most_clocks: u64) -> Shortening {
         let chips = interface.timing.scan.integration_chips;
         let parallel = u64::from(interface.parallel());
         let peak = interface.peak().map_or(0, |peak| peak.least_chips);
@@ -226,7 +226,7 @@ impl Reach {
             + parallel.div_ceil(u64::from(interface.lanes()))
             + peak;
         let is_long = chips >= 2 * shortest + 16 && interface.histogram().is_none();
-        Reach {
+        Shortening {
             shortest: if shortens && is_long { shortened(interface, shortest) } else { chips },
             leaves_out: shortens && interface.groups() > 3 && chips >= 16,
             most_clocks,

@@ -10,14 +10,14 @@ use super::coverage::{First, RegisterKind, RegisterPoint};
 use super::host_ports::{HostInputs, HostOutputs};
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout, mask};
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 use crate::sensor::registers::{
     CONTROL, IDENTITY_WORDS, LOST_BITS, PEAKS, RegisterPlan, SCANS_BITS, STATUS, Settings, state,
 };
 
 /// What scans tell the registers.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Told {
+pub(super) enum ScanEvent {
     /// A scan's last counts are there.
     ScanCounted,
     /// A group was lost.
@@ -59,7 +59,7 @@ enum Target {
 
 /// The registers.
 #[derive(Debug, Clone)]
-pub(super) struct Registers {
+pub(super) struct RegisterModel {
     plan: Arc<RegisterPlan>,
     fields: Vec<Field>,
     words: Vec<u32>,
@@ -83,7 +83,7 @@ pub(super) struct Registers {
     locked: bool,
     target_lost: bool,
     /// What is told at clocks to come.
-    told: BTreeMap<u64, Vec<Told>>,
+    told: BTreeMap<u64, Vec<ScanEvent>>,
     /// What has shown, for the cover points.
     seen: Seen,
 }
@@ -102,25 +102,25 @@ struct Seen {
     cleared: u32,
 }
 
-impl Registers {
+impl RegisterModel {
     /// At power-up.
-    pub(super) fn new(interface: &Interface, layout: &Layout) -> Option<Registers> {
+    pub(super) fn new(interface: &Interface, layout: &Layout) -> Option<RegisterModel> {
         let plan = interface.registers.clone()?;
         let mut words = plan.initial_words(&interface.timing, &interface.source_codes);
         words.resize(1 << plan.word_bits(), 0);
         let fields = layout.outputs.fields.iter();
-        let is_own = |field: &&Field| field.port.role >= Role::WriteAddress;
-        Some(Registers::fresh(plan, fields.filter(is_own).cloned().collect(), words))
+        let is_own = |field: &&Field| field.port.role >= PortRole::WriteAddress;
+        Some(RegisterModel::fresh(plan, fields.filter(is_own).cloned().collect(), words))
     }
 
     /// All but the memory.
     pub(super) fn reset(&mut self) {
         let (fields, words) = (std::mem::take(&mut self.fields), std::mem::take(&mut self.words));
-        *self = Registers::fresh(Arc::clone(&self.plan), fields, words);
+        *self = RegisterModel::fresh(Arc::clone(&self.plan), fields, words);
     }
 
-    fn fresh(plan: Arc<RegisterPlan>, fields: Vec<Field>, words: Vec<u32>) -> Registers {
-        Registers {
+    fn fresh(plan: Arc<RegisterPlan>, fields: Vec<Field>, words: Vec<u32>) -> RegisterModel {
+        RegisterModel {
             fields,
             words,
             write: false,
@@ -187,7 +187,7 @@ impl Registers {
     }
 
     /// Something is told at a clock.
-    pub(super) fn tell(&mut self, clock: u64, told: Told) {
+    pub(super) fn tell(&mut self, clock: u64, told: ScanEvent) {
         self.told.entry(clock).or_default().push(told);
     }
 
@@ -310,18 +310,18 @@ impl Registers {
     fn hear(&mut self, clock: u64) {
         for told in self.told.remove(&clock).into_iter().flatten() {
             match told {
-                Told::ScanCounted => self.scans = (self.scans + 1) & mask(SCANS_BITS) as u32,
-                Told::Lost => {
+                ScanEvent::ScanCounted => self.scans = (self.scans + 1) & mask(SCANS_BITS) as u32,
+                ScanEvent::Lost => {
                     self.overrun = true;
                     self.lost = (self.lost + 1) & mask(LOST_BITS) as u32;
                 }
-                Told::Clamped => self.saturated = true,
-                Told::Peaks(peaks) => self.peaks = peaks,
-                Told::Tracked { position, locked } => {
+                ScanEvent::Clamped => self.saturated = true,
+                ScanEvent::Peaks(peaks) => self.peaks = peaks,
+                ScanEvent::Tracked { position, locked } => {
                     self.position = position.unwrap_or(self.position);
                     self.locked = locked;
                 }
-                Told::TargetLost => self.target_lost = true,
+                ScanEvent::TargetLost => self.target_lost = true,
             }
         }
     }
@@ -449,13 +449,13 @@ impl Registers {
         let shown = &self.shown;
         for field in &self.fields {
             let value = match field.port.role {
-                Role::WriteAddressReady | Role::WriteReady => shown.write_ready.into(),
-                Role::WriteResponse => u64::from(shown.write_error) << 1,
-                Role::WriteResponseValid => shown.write_response_valid.into(),
-                Role::ReadAddressReady => shown.read_address_ready.into(),
-                Role::ReadData => shown.read_data.into(),
-                Role::ReadResponse => u64::from(shown.read_error) << 1,
-                Role::ReadValid => shown.read_valid.into(),
+                PortRole::WriteAddressReady | PortRole::WriteReady => shown.write_ready.into(),
+                PortRole::WriteResponse => u64::from(shown.write_error) << 1,
+                PortRole::WriteResponseValid => shown.write_response_valid.into(),
+                PortRole::ReadAddressReady => shown.read_address_ready.into(),
+                PortRole::ReadData => shown.read_data.into(),
+                PortRole::ReadResponse => u64::from(shown.read_error) << 1,
+                PortRole::ReadValid => shown.read_valid.into(),
                 _ => 0,
             };
             if value != 0 {

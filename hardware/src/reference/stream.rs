@@ -4,29 +4,29 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::axis::{Axis, AxisState, Beat};
+use super::axis::{AxiStream, AxisState, Beat};
 use super::canvas::Canvas;
 use super::coverage::{CoverTable, GroupPosition, StreamPoint};
-use super::exercise::Counted;
-use super::registers::Told;
+use super::exercise::CountedHits;
+use super::registers::ScanEvent;
 use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::layout::{Layout, mask};
 
 /// The counts of groups on their way to the stream.
 #[derive(Debug, Clone)]
-pub(super) struct ResultStream {
-    pub(super) axis: Axis,
+pub(super) struct StreamModel {
+    pub(super) axis: AxiStream,
     /// Bits of the signed count in a beat, and the first of the total above it, if that is sent.
     count_bits: u32,
     first_total_bit: Option<u32>,
-    arriving: VecDeque<Arrival>,
+    arriving: VecDeque<GroupArrival>,
     /// What the registers are told, and at which clock, if there are any.
-    told: Option<Vec<(u64, Told)>>,
+    told: Option<Vec<(u64, ScanEvent)>>,
 }
 
 /// A group's results on their way through the pipeline.
 #[derive(Debug, Clone)]
-pub(super) struct Arrival {
+pub(super) struct GroupArrival {
     /// Clock after whose rising edge the first shows.
     pub(super) clock: u64,
     /// In the order in which they are sent; at least one.
@@ -43,15 +43,15 @@ pub(super) struct Arrival {
     pub(super) proves_if_first: Vec<usize>,
 }
 
-impl ResultStream {
+impl StreamModel {
     /// An empty stream.
     pub(super) fn new(
         interface: &Interface,
         layout: &Layout,
         table: Arc<CoverTable>,
-    ) -> ResultStream {
-        ResultStream {
-            axis: Axis::new(interface, layout, table),
+    ) -> StreamModel {
+        StreamModel {
+            axis: AxiStream::new(interface, layout, table),
             count_bits: interface.correlator().map_or(0, Correlator::signed_data_bits),
             first_total_bit: interface.total().map(|total| total.first_bit),
             arriving: VecDeque::new(),
@@ -60,7 +60,7 @@ impl ResultStream {
     }
 
     /// What the registers are told of the clocks predicted since the last call.
-    pub(super) fn take_told(&mut self) -> Vec<(u64, Told)> {
+    pub(super) fn take_told(&mut self) -> Vec<(u64, ScanEvent)> {
         self.told.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
@@ -72,14 +72,14 @@ impl ResultStream {
     }
 
     /// A beat with a count, and with a total if they are sent.
-    pub(super) fn beat(&self, count: i64, total: u64, counted: Counted) -> Beat {
+    pub(super) fn beat(&self, count: i64, total: u64, counted: CountedHits) -> Beat {
         let count = u128::from(count as u64 & mask(self.count_bits));
         let total = self.first_total_bit.map_or(0, |first_bit| u128::from(total) << first_bit);
         Beat { data: count | total, counted }
     }
 
     /// Sends a result on its way; results arrive in the order of these calls.
-    pub(super) fn push(&mut self, arrival: Arrival) {
+    pub(super) fn push(&mut self, arrival: GroupArrival) {
         self.arriving.push_back(arrival);
     }
 
@@ -136,7 +136,7 @@ impl ResultStream {
     }
 
     /// A group's results arrive at the rising edge of `clock`.
-    fn arrives(&mut self, results: Arrival, clock: u64, blocked: bool) {
+    fn arrives(&mut self, results: GroupArrival, clock: u64, blocked: bool) {
         let axis = &mut self.axis;
         if !axis.now.is_saturated {
             for &point in &results.proves_if_first {
@@ -144,7 +144,7 @@ impl ResultStream {
             }
         }
         if let Some(told) = &mut self.told {
-            let happened = [(results.saturated, Told::Clamped), (blocked, Told::Lost)];
+            let happened = [(results.saturated, ScanEvent::Clamped), (blocked, ScanEvent::Lost)];
             let happened = happened.into_iter().filter(|(is, _)| *is);
             told.extend(happened.map(|(_, what)| (clock + 1, what)));
         }

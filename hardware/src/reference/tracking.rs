@@ -50,20 +50,20 @@ struct Target {
 
 /// The sums of a window's counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Sums {
+pub struct WindowSums {
     /// Of all of them.
     pub all: i64,
     /// Of the later half, less the earlier half.
     pub slope: i64,
 }
 
-impl Sums {
+impl WindowSums {
     /// Of a window's counts, of which so many are the earlier half; behind a shorter scan, of those that are
     /// there.
-    pub fn of(counts: &[i64], half_steps: u64) -> Sums {
+    pub fn of(counts: &[i64], half_steps: u64) -> WindowSums {
         let (early, late) = counts.split_at(counts.len().min(half_steps as usize));
         let [early, late] = [early, late].map(|half| half.iter().sum::<i64>());
-        Sums { all: early + late, slope: late - early }
+        WindowSums { all: early + late, slope: late - early }
     }
 }
 
@@ -115,7 +115,7 @@ impl Follower {
     }
 
     /// A window has ended. Returns whether the target has been lost with it, so that a scan has to look for it.
-    pub fn counted(&mut self, sums: Sums) -> bool {
+    pub fn counted(&mut self, sums: WindowSums) -> bool {
         let Some(target) = &mut self.target else {
             return false;
         };
@@ -149,7 +149,7 @@ impl Target {
 }
 
 /// How far behind a window's middle the peak is, in parts of 2^-8 of a step; at most half a chip.
-fn offset(plan: &TrackPlan, sums: Sums) -> i64 {
+fn offset(plan: &TrackPlan, sums: WindowSums) -> i64 {
     let bits = plan.offset_bits();
     let slope = sums.slope.unsigned_abs();
     let all = sums.all.unsigned_abs();
@@ -189,7 +189,7 @@ mod tests {
 
     fn follow(follower: &mut Follower, place: f64) -> bool {
         let first = follower.window().expect("there is a target");
-        follower.counted(Sums::of(&counts(first, place), 8))
+        follower.counted(WindowSums::of(&counts(first, place), 8))
     }
 
     /// Within half a step the triangle's place follows from the sums exactly: to 2^-8 of a step, and no nearer. The first
@@ -249,7 +249,7 @@ mod tests {
                 let first = follower.window().expect("there is a target");
                 let counts: Vec<i64> =
                     (0..16).map(|step| counts((first + step) % 248, place)[0]).collect();
-                assert!(!follower.counted(Sums::of(&counts, 8)));
+                assert!(!follower.counted(WindowSums::of(&counts, 8)));
                 let found = follower.position_steps().expect("there is a target");
                 let error = (found - place + 124.0).rem_euclid(248.0) - 124.0;
                 assert!(error.abs() < 0.25, "{n}: {found}, {place}");
@@ -264,7 +264,7 @@ mod tests {
         assert!(!follower.is_locked(), "no window has had its light yet");
         follow(&mut follower, 100.5);
         assert!(follower.is_locked());
-        let (position, dark) = (follower.position(), Sums::default());
+        let (position, dark) = (follower.position(), WindowSums::default());
         for _ in 0..2 {
             assert!(!follower.counted(dark));
             assert!(!follower.is_locked());
@@ -285,11 +285,11 @@ mod tests {
         let mut follower = following(plan().setting, 100);
         let mut light = 64_000;
         while light > 1000 {
-            assert!(!follower.counted(Sums { all: light, slope: 0 }));
+            assert!(!follower.counted(WindowSums { all: light, slope: 0 }));
             assert!(follower.is_locked(), "{light}");
             light -= light / 64;
         }
-        follower.counted(Sums { all: light / 3, slope: 0 });
+        follower.counted(WindowSums { all: light / 3, slope: 0 });
         assert!(!follower.is_locked());
     }
 
@@ -320,7 +320,7 @@ mod tests {
                     let first = follower.window().expect("there is a target");
                     let counts: Vec<i64> =
                         counts(first, place).iter().map(|count| count + common).collect();
-                    follower.counted(Sums::of(&counts, 8));
+                    follower.counted(WindowSums::of(&counts, 8));
                     if n >= 100 {
                         sum += follower.position_steps().expect("there is a target") / 1000.0;
                         middles += (first as f64 + 7.5) / 1000.0;
@@ -338,7 +338,7 @@ mod tests {
         for (all, slope, expected) in
             [(100, 100, 1023), (100, -250, -1023), (100, 99, 1013), (3, -1, -341), (1, 0, 0)]
         {
-            assert_eq!(offset(&plan(), Sums { all, slope }), expected, "{all} {slope}");
+            assert_eq!(offset(&plan(), WindowSums { all, slope }), expected, "{all} {slope}");
         }
     }
 }

@@ -25,16 +25,16 @@ use super::Histogram;
 
 /// What a detector does beside registering light, in bins.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DeadTime {
+pub struct BinnedDetector {
     /// Not paralyzable, in bins (sample periods).
     pub bins: f64,
     /// Afterpulses from the end of the dead time on; none if nothing is trapped.
-    pub afterpulses: Option<Afterpulses>,
+    pub afterpulses: Option<BinnedAfterpulses>,
 }
 
 /// Afterpulses of one detector, in bins.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Afterpulses {
+pub struct BinnedAfterpulses {
     /// Mean number that an avalanche traps.
     pub mean_per_avalanche: f64,
     /// Mean delay from the end of the dead time, in bins.
@@ -122,7 +122,7 @@ const MOST_UNMEASURED: f64 = 0.1;
 const MOST_TURNS: u32 = 1_000;
 const SETTLED: f64 = 1e-12;
 
-impl DeadTime {
+impl BinnedDetector {
     /// The light behind a histogram, with its variances.
     ///
     /// Without bias however few the periods: of two detections in a bin one has blinded the
@@ -191,7 +191,8 @@ impl DeadTime {
         if !(bins.is_finite() && bins >= 0.0) {
             return Err(CorrectionError::NoDeadTime { bins });
         }
-        let Some(Afterpulses { mean_per_avalanche, time_constant_bins }) = self.afterpulses else {
+        let Some(BinnedAfterpulses { mean_per_avalanche, time_constant_bins }) = self.afterpulses
+        else {
             return Ok(());
         };
         let is_number = mean_per_avalanche.is_finite() && mean_per_avalanche >= 0.0;
@@ -287,7 +288,7 @@ pub(super) struct Shares {
 /// How afterpulses that are pending go through the bins of a code period.
 #[derive(Debug, Clone)]
 pub(super) struct Releases {
-    afterpulses: Afterpulses,
+    afterpulses: BinnedAfterpulses,
     dead_time_bins: f64,
     /// Share of those pending that a dead time outlasts.
     survival: f64,
@@ -298,7 +299,11 @@ pub(super) struct Releases {
 }
 
 impl Releases {
-    pub(super) fn new(dead_time_bins: f64, afterpulses: Afterpulses, hazard: &[f64]) -> Releases {
+    pub(super) fn new(
+        dead_time_bins: f64,
+        afterpulses: BinnedAfterpulses,
+        hazard: &[f64],
+    ) -> Releases {
         let release = 1.0 / afterpulses.time_constant_bins;
         let part = dead_time_bins.fract();
         let decays = hazard

@@ -46,7 +46,7 @@ const DIGIT_BITS: u32 = 24;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
-pub struct Correlator {
+pub struct HistogramCorrelator {
     samples_per_chip: usize,
     forward: Arc<dyn Fft<f64>>,
     inverse: Arc<dyn Fft<f64>>,
@@ -54,7 +54,7 @@ pub struct Correlator {
     code: Vec<Complex64>,
 }
 
-impl std::fmt::Debug for Correlator {
+impl std::fmt::Debug for HistogramCorrelator {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Correlator")
             .field("samples_per_chip", &self.samples_per_chip)
@@ -63,9 +63,9 @@ impl std::fmt::Debug for Correlator {
     }
 }
 
-impl Correlator {
+impl HistogramCorrelator {
     /// A correlator for bins of `samples_per_chip` per chip of the (interleaved) code.
-    pub fn new(code: &Code, samples_per_chip: u32) -> Correlator {
+    pub fn new(code: &Code, samples_per_chip: u32) -> HistogramCorrelator {
         let length = code.chips.len();
         let mut planner = Planner::new();
         let (forward, inverse) = (planner.forward(length), planner.inverse(length));
@@ -73,7 +73,7 @@ impl Correlator {
         let mut spectrum: Vec<Complex64> = code.chips.iter().map(sign).collect();
         forward.process(&mut spectrum);
         let code = spectrum.iter().map(|s| s.conj() / length as f64).collect();
-        Correlator { samples_per_chip: samples_per_chip as usize, forward, inverse, code }
+        HistogramCorrelator { samples_per_chip: samples_per_chip as usize, forward, inverse, code }
     }
 
     /// Bins of a code period, L' S, which is also the number of phase steps.
@@ -191,7 +191,7 @@ mod tests {
                 .collect();
             let periods = bins.iter().copied().max().unwrap_or(0).max(1);
             let histogram = Histogram::new(bins.clone(), samples as u32, periods).expect("counts");
-            let counts = Correlator::new(&code, samples as u32).signed_counts(&histogram);
+            let counts = HistogramCorrelator::new(&code, samples as u32).signed_counts(&histogram);
             prop_assert_eq!(counts, by_definition(&bins, &code.chips, samples));
         }
     }
@@ -201,7 +201,7 @@ mod tests {
         let code = code("1101001", 1);
         let bins: Vec<u64> = (0..28).map(|a| a * a % 11).collect();
         let shares: Vec<f64> = bins.iter().map(|&count| count as f64 / 64.0).collect();
-        let correlator = Correlator::new(&code, 2);
+        let correlator = HistogramCorrelator::new(&code, 2);
         let expected = by_definition(&bins, &code.chips, 2);
         for (value, expected) in correlator.correlate(&shares).iter().zip(expected) {
             assert!((value - expected as f64 / 64.0).abs() < 1e-12);

@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::{Binomial, Distribution, Poisson};
 
-use super::correction::{CorrectionError, DeadTime, Releases, Shares, quotients};
+use super::correction::{BinnedDetector, CorrectionError, Releases, Shares, quotients};
 
 /// A bin weighs as if it counted at least this share of what bins count on average.
 const LEAST_MEAN: f64 = 1e-6;
@@ -27,7 +27,7 @@ const HARDLY_ANY: f64 = 1e-3;
 /// two afterpulses pending at once.
 #[derive(Debug, Clone)]
 pub struct Innovations {
-    dead_time: DeadTime,
+    dead_time: BinnedDetector,
     /// Share of the code periods in which the detector is ready at each bin, and the rate per bin at
     /// which it then fires.
     ready: Vec<f64>,
@@ -45,7 +45,7 @@ impl Innovations {
     /// # Errors
     /// When they cannot be of such a detector.
     pub fn new(
-        dead_time: DeadTime,
+        dead_time: BinnedDetector,
         means: &[f64],
         periods: f64,
     ) -> Result<Innovations, CorrectionError> {

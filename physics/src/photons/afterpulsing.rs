@@ -117,14 +117,15 @@ impl PendingAfterpulses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photons::random::{Part, StreamKey};
+    use crate::photons::random::{RandomStream, StreamKey};
     use crate::scan::Group;
 
     #[test]
     fn numbers_are_poisson() {
         let afterpulsing = Afterpulsing::new(0.6, 1.0).expect("there is afterpulsing");
         let key = StreamKey { seed: 3, detector: 0, group: Group(0), repetition: 0 };
-        let mut pending = PendingAfterpulses::new(afterpulsing, key.stream(Part::Afterpulsing));
+        let mut pending =
+            PendingAfterpulses::new(afterpulsing, key.stream(RandomStream::Afterpulsing));
         let draws = 200_000;
         let (mut none, mut sum, mut squares) = (0, 0.0, 0.0);
         for _ in 0..draws {

@@ -6,7 +6,7 @@ use super::afterpulsing::{Pending, PendingAfterpulses};
 use super::detector::{DetectorModel, JITTER_BOUND_SIGMAS};
 use super::light::ExcessArrivals;
 use super::movement::Trajectory;
-use super::random::{Part, StreamKey, StreamRng};
+use super::random::{RandomStream, StreamKey, StreamRng};
 use super::time::ChipTime;
 
 /// A detector that runs from avalanche to avalanche, in all light that arrives, from a time at which it
@@ -50,16 +50,17 @@ impl<'m> Avalanches<'m> {
                     .as_ref()
                     .map(|movement| Trajectory::new(movement, key, light.number, start_in_scan))
                     .map(|trajectory| trajectory.since_first_scan(start_in_all));
-                let rng = key.stream(Part::Path(strand.number));
+                let rng = key.stream(RandomStream::Path(strand.number));
                 ExcessArrivals::new(strand, rng, trajectory, position, start)
             })
             .collect();
         let constant = (model.constant_per_chip > 0.0).then(|| {
-            let rng = key.stream(Part::ConstantLight);
+            let rng = key.stream(RandomStream::ConstantLight);
             ConstantArrivals::new(rng, 1.0 / model.constant_per_chip, start)
         });
-        let afterpulses =
-            model.afterpulsing.map(|a| PendingAfterpulses::new(a, key.stream(Part::Afterpulsing)));
+        let afterpulses = model
+            .afterpulsing
+            .map(|a| PendingAfterpulses::new(a, key.stream(RandomStream::Afterpulsing)));
         Avalanches { model, excess, constant, afterpulses, crosstalk: None }
     }
 

@@ -3,7 +3,7 @@
 use rand::RngExt;
 
 use super::detector::DetectorModel;
-use super::random::{Part, StreamRng};
+use super::random::{RandomStream, StreamRng};
 use super::registration::Detection;
 use crate::scan::Step;
 
@@ -49,7 +49,7 @@ pub(crate) fn transition(
     step: Step,
 ) -> StreamRng {
     let group = model.timing.grouping().group_of(step);
-    model.key(seed, repetition, group).stream_of_step(step, Part::Transition)
+    model.key(seed, repetition, group).stream_of_step(step, RandomStream::Transition)
 }
 
 /// Counts detections of a step's group as [`count_step`] does.

@@ -4,7 +4,7 @@ use rand::RngExt as _;
 
 use super::avalanches::Avalanches;
 use super::detector::{Coupled, DetectorModel};
-use super::random::{Part, StreamKey, StreamRng};
+use super::random::{RandomStream, StreamKey, StreamRng};
 use super::time::ChipTime;
 
 /// The detectors beside the one that is simulated, and what all of them cause.
@@ -28,7 +28,7 @@ impl<'m> Others<'m> {
             Some(detector)
         });
         let rng = |model: &Option<DetectorModel>| {
-            key_of(model.as_ref().unwrap_or(own)).stream(Part::Crosstalk)
+            key_of(model.as_ref().unwrap_or(own)).stream(RandomStream::Crosstalk)
         };
         Others {
             coupled,

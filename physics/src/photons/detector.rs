@@ -7,10 +7,10 @@ use rand::RngExt;
 use super::afterpulsing::Afterpulsing;
 use super::dead_time::DeadTime;
 use super::light::{ExcessLight, LightRates};
-use super::memory::Memory;
-use super::movement::Movement;
+use super::memory::DetectorMemory;
+use super::movement::PathMovement;
 use super::paths::{number_of, paths_to};
-use super::random::{Part, StreamKey, scatter};
+use super::random::{RandomStream, StreamKey, scatter};
 use super::shape::PulseShape;
 use super::tail::Tail;
 use crate::code::Code;
@@ -53,14 +53,14 @@ pub struct DetectorModel {
     /// The detectors whose crosstalk it hears.
     pub(crate) crosstalk: Option<Arc<Coupled>>,
     /// Its cells, where it has several; all else here is of them together.
-    pub(crate) pixel: Option<Arc<Pixel>>,
+    pub(crate) pixel: Option<Arc<DetectorCells>>,
     /// Where its groups stand, if not one scan after another.
     pub(crate) anchor: Option<Anchor>,
 }
 
 /// The cells of a detector that has several.
 #[derive(Debug, Clone)]
-pub struct Pixel {
+pub struct DetectorCells {
     pub cells: Vec<DetectorModel>,
     /// What their pulses make of the level.
     pub law: Cells,
@@ -71,7 +71,7 @@ pub struct Pixel {
     pub crosstalk: Option<(f64, f64)>,
 }
 
-impl Pixel {
+impl DetectorCells {
     /// Inputs of the hardware: one for each cell that has an output.
     pub fn inputs(&self) -> usize {
         if self.has_outputs { self.cells.len() } else { 1 }
@@ -83,7 +83,7 @@ impl Pixel {
     }
 
     /// The cells of a detector; none of one that is a single SPAD.
-    pub fn of(sensor: &Sensor, detector: DetectorIndex, number: u64) -> Option<Arc<Pixel>> {
+    pub fn of(sensor: &Sensor, detector: DetectorIndex, number: u64) -> Option<Arc<DetectorCells>> {
         let spad = &sensor.scene().detectors[detector];
         let cells = (0..spad.cells).filter(|_| spad.cells > 1).map(|cell| {
             let of_cell = spad.cell(cell);
@@ -92,7 +92,7 @@ impl Pixel {
         let cells: Vec<_> = cells.collect();
         let chips = |ps: f64| sensor.clock().chips(ps);
         (!cells.is_empty()).then(|| {
-            Arc::new(Pixel {
+            Arc::new(DetectorCells {
                 cells,
                 law: Cells::of(spad),
                 has_outputs: spad.cell_outputs == CellOutputs::Separate,
@@ -229,7 +229,7 @@ impl DetectorModel {
         let spad = &sensor.scene().detectors[detector];
         let number = number_of(&spad.name);
         let mut model = DetectorModel::of_spad(sensor, detector, spad, number);
-        model.pixel = Pixel::of(sensor, detector, number);
+        model.pixel = DetectorCells::of(sensor, detector, number);
         model
     }
 
@@ -262,7 +262,7 @@ impl DetectorModel {
             constant_hz += rates.off_hz;
             let light =
                 ExcessLight::new(numbered, rates, &source.code, path.delay_ps, clock, &excess);
-            let movement = Movement::new(path, source, clock);
+            let movement = PathMovement::new(path, source, clock);
             let shape = Arc::clone(&shapes[path.source.0].1);
             excess.extend(light.map(|light| light.moving(movement).shaped(shape)));
         }
@@ -466,16 +466,16 @@ impl DetectorModel {
     }
 
     /// What it remembers under all of its light.
-    fn memory(&self) -> Memory {
+    fn memory(&self) -> DetectorMemory {
         self.memory_under(self.brightest_per_chip())
     }
 
     /// What it remembers under light of at most `brightest_per_chip` primary detections.
-    pub fn memory_under(&self, brightest_per_chip: f64) -> Memory {
+    pub fn memory_under(&self, brightest_per_chip: f64) -> DetectorMemory {
         // A paralyzable detector is blind where anything came within the last dead time, whatever
         // came before.
         let remembered_per_chip = if self.is_paralyzable { 0.0 } else { brightest_per_chip };
-        Memory::new(self.dead_time_chips, self.afterpulsing, remembered_per_chip)
+        DetectorMemory::new(self.dead_time_chips, self.afterpulsing, remembered_per_chip)
     }
 
     /// Bound on the detections per chip: what the brightest light makes with its
@@ -536,7 +536,7 @@ impl DetectorModel {
         if self.memory().forgets_its_start() {
             return 0.0;
         }
-        let share: f64 = key.stream(Part::Start).random();
+        let share: f64 = key.stream(RandomStream::Start).random();
         share * self.dead_time_chips
     }
 }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use super::afterpulsing::Afterpulsing;
 use super::detector::DetectorModel;
 use super::light::{ExcessLight, LightRates};
-use super::movement::Movement;
+use super::movement::PathMovement;
 use super::paths::NumberedPath;
 use super::random::scatter;
 
@@ -80,7 +80,7 @@ impl DetectorModel {
             }
             OptionalPart::Movement => {
                 for light in &mut model.excess {
-                    light.movement.get_or_insert_with(Movement::none);
+                    light.movement.get_or_insert_with(PathMovement::none);
                 }
             }
         }

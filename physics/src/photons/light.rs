@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use rand_distr::{Distribution, Exp1};
 
-use super::movement::{Movement, Trajectory};
+use super::movement::{PathMovement, Trajectory};
 use super::paths::NumberedPath;
 use super::random::{StreamRng, scatter};
-use super::shape::{Gate, PulseShape, Strand};
+use super::shape::{LightGate, PulseShape, Strand};
 use super::time::ChipTime;
 use crate::code::Code;
 use crate::light::photon_rate_hz;
@@ -89,7 +89,7 @@ pub struct ExcessLight {
     /// The code that modulates it.
     pub code: Arc<Code>,
     /// How the delay changes from the scan's start on; `None` if it does not.
-    pub movement: Option<Movement>,
+    pub movement: Option<PathMovement>,
     /// How the light follows the code.
     pub shape: Arc<PulseShape>,
 }
@@ -133,7 +133,7 @@ impl ExcessLight {
     }
 
     /// The same light over a path that moves.
-    pub fn moving(self, movement: Option<Movement>) -> ExcessLight {
+    pub fn moving(self, movement: Option<PathMovement>) -> ExcessLight {
         ExcessLight { movement, ..self }
     }
 
@@ -159,7 +159,7 @@ impl ExcessLight {
                 delay_fraction: delay - delay.floor(),
                 gate: strand
                     .gate
-                    .map(|gate| Gate { delay_chips: self.delay() + gate.delay_chips, ..gate }),
+                    .map(|gate| LightGate { delay_chips: self.delay() + gate.delay_chips, ..gate }),
                 number: match place {
                     0 => self.number,
                     _ => scatter(self.number, place),
@@ -186,7 +186,7 @@ pub struct LightStrand<'m> {
     delay_chips: i64,
     delay_fraction: f64,
     /// When it is let through, its delay that of the path included.
-    gate: Option<Gate>,
+    gate: Option<LightGate>,
     /// What its random streams are told apart by.
     pub number: u64,
 }
@@ -316,7 +316,7 @@ impl<'m> ExcessArrivals<'m> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photons::random::{Part, StreamKey};
+    use crate::photons::random::{RandomStream, StreamKey};
     use crate::scan::Group;
 
     /// A photon of 1 eV has 1239.841984 nm (CODATA), and the charge is exact.
@@ -343,7 +343,7 @@ mod tests {
         let key = StreamKey { seed: 1, detector: 0, group: Group(0), repetition: 0 };
         let mut arrivals = ExcessArrivals::new(
             light.strands().next().expect("a strand"),
-            key.stream(Part::Path(0)),
+            key.stream(RandomStream::Path(0)),
             None,
             5,
             ChipTime::at_chip(-9),

@@ -26,7 +26,7 @@ const SOLVED: Forgetting = Forgetting { dead_times: 48.0, per_saturation_squared
 
 /// What a detector's memory follows from, under light of some brightness.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Memory {
+pub struct DetectorMemory {
     dead_time_chips: f64,
     /// Primary detections in a dead time.
     saturation: f64,
@@ -34,14 +34,14 @@ pub struct Memory {
     release_chips: f64,
 }
 
-impl Memory {
+impl DetectorMemory {
     /// Of a detector under light of at most `brightest_per_chip` primary detections.
     pub fn new(
         dead_time_chips: f64,
         afterpulsing: Option<Afterpulsing>,
         brightest_per_chip: f64,
-    ) -> Memory {
-        Memory {
+    ) -> DetectorMemory {
+        DetectorMemory {
             dead_time_chips,
             saturation: brightest_per_chip * dead_time_chips,
             release_chips: afterpulsing.map_or(0.0, |a| a.time_constant_chips),

@@ -62,5 +62,5 @@ pub use detector::DetectorModel;
 pub use full::OptionalPart;
 pub use registration::Detection;
 pub use sampled::{Level, Pulse, PulseStream, pulses_of_group};
-pub use shape::{Gate, PulseShape, Strand};
+pub use shape::{LightGate, PulseShape, Strand};
 pub use step::{GroupDetections, StepDetections};

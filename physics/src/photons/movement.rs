@@ -30,7 +30,7 @@ const MOST_TURNS: usize = 12;
 
 /// The displacement of one path against its delay at the scan's start, in chips.
 #[derive(Debug, Clone)]
-pub struct Movement {
+pub struct PathMovement {
     /// Change of the delay per time.
     delay_rate: f64,
     fluctuation: Option<Fluctuation>,
@@ -85,9 +85,9 @@ struct Bridge {
     deviation: f64,
 }
 
-impl Movement {
+impl PathMovement {
     /// `None` for a path that stands still.
-    pub fn new(path: &scene::Path, source: &scene::Source, clock: Clock) -> Option<Movement> {
+    pub fn new(path: &scene::Path, source: &scene::Source, clock: Clock) -> Option<PathMovement> {
         let slip = Slip::new(&source.clock, clock);
         let movement = path.movement.filter(|movement| !movement.is_neutral());
         if movement.is_none() && slip.is_none() {
@@ -97,12 +97,12 @@ impl Movement {
         let fluctuation = fluctuation.filter(|f| f.std_m > 0.0).map(|f| {
             Fluctuation::new(clock.chips(path.delay_std_ps()), clock.chips(f.correlation_time_ps))
         });
-        Some(Movement { delay_rate: path.delay_rate(), fluctuation, slip })
+        Some(PathMovement { delay_rate: path.delay_rate(), fluctuation, slip })
     }
 
     /// No movement, followed all the same.
-    pub fn none() -> Movement {
-        Movement { delay_rate: 0.0, fluctuation: None, slip: None }
+    pub fn none() -> PathMovement {
+        PathMovement { delay_rate: 0.0, fluctuation: None, slip: None }
     }
 
     /// How far the path's delay moves in `duration_chips`: its mean, and two standard
@@ -159,7 +159,7 @@ fn normal(stream: u64, place: i64) -> f64 {
 /// The displacement of one path in one scan.
 #[derive(Debug, Clone)]
 pub struct Trajectory<'m> {
-    movement: &'m Movement,
+    movement: &'m PathMovement,
     stream: u64,
     /// Chips from the scan's start to time 0.
     origin: i64,
@@ -173,7 +173,12 @@ pub struct Trajectory<'m> {
 impl<'m> Trajectory<'m> {
     /// The displacement of the path with number `path` in the scan of `key`; time 0 is `origin`
     /// chips after the scan's start.
-    pub fn new(movement: &'m Movement, key: &StreamKey, path: u64, origin: i64) -> Trajectory<'m> {
+    pub fn new(
+        movement: &'m PathMovement,
+        key: &StreamKey,
+        path: u64,
+        origin: i64,
+    ) -> Trajectory<'m> {
         let mut trajectory = Trajectory {
             movement,
             stream: key.hash_of_movement(path),
@@ -244,8 +249,8 @@ mod tests {
 
     const KEY: StreamKey = StreamKey { seed: 5, detector: 0, group: Group(0), repetition: 0 };
 
-    fn fluctuating(std_chips: f64, correlation_chips: f64) -> Movement {
-        Movement {
+    fn fluctuating(std_chips: f64, correlation_chips: f64) -> PathMovement {
+        PathMovement {
             delay_rate: 0.0,
             slip: None,
             fluctuation: Some(Fluctuation::new(std_chips, correlation_chips)),
@@ -303,7 +308,7 @@ mod tests {
 
     #[test]
     fn a_displacement_depends_on_its_time_alone() {
-        let movement = Movement { delay_rate: 1e-5, ..fluctuating(0.2, 700.0) };
+        let movement = PathMovement { delay_rate: 1e-5, ..fluctuating(0.2, 700.0) };
         let time = |chip: i64| ChipTime { chip, fraction: 0.375 };
         let mut forwards = Trajectory::new(&movement, &KEY, 3, 1_000_000);
         let walked: Vec<f64> =
@@ -328,7 +333,7 @@ mod tests {
     /// t - x(t) = still, for the fastest movements that scenes allow.
     #[test]
     fn arrivals_solve_their_equation_to_the_last_femtosecond() {
-        let movement = Movement { delay_rate: 2e-3, ..fluctuating(16.0 * 2e-5, 16.0) };
+        let movement = PathMovement { delay_rate: 2e-3, ..fluctuating(16.0 * 2e-5, 16.0) };
         let mut trajectory = Trajectory::new(&movement, &KEY, 0, 40_000_000_000);
         let from = ChipTime::at_chip(i64::MIN / 2);
         for chip in 0..2_000 {
@@ -349,7 +354,7 @@ mod tests {
         use crate::code::{Code, Generator};
         use crate::photons::light::{ExcessArrivals, ExcessLight, LightRates};
         use crate::photons::paths::NumberedPath;
-        use crate::photons::random::Part;
+        use crate::photons::random::RandomStream;
 
         let chips = vec![1, 1, 0, 1, 0, 0, 0];
         let code =
@@ -359,11 +364,11 @@ mod tests {
         let clock = Clock { chip_period_ps: 8_000.0, samples_per_chip: 8 };
         let still =
             ExcessLight::new(path, rates, &code, 21_350.0, clock, &[]).expect("there is light");
-        let at_no_speed = Movement { delay_rate: 0.0, slip: None, fluctuation: None };
+        let at_no_speed = PathMovement { delay_rate: 0.0, slip: None, fluctuation: None };
         let start = ChipTime::at_chip(-40);
         let arrivals = |trajectory| {
             let strand = still.strands().next().expect("a strand");
-            ExcessArrivals::new(strand, KEY.stream(Part::Path(0)), trajectory, 5, start)
+            ExcessArrivals::new(strand, KEY.stream(RandomStream::Path(0)), trajectory, 5, start)
         };
         let mut plain = arrivals(None);
         let mut full = arrivals(Some(Trajectory::new(&at_no_speed, &KEY, 0, 1 << 40)));

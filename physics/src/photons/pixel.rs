@@ -11,8 +11,8 @@ use std::collections::VecDeque;
 use rand::RngExt as _;
 
 use super::avalanches::Avalanches;
-use super::detector::{DetectorModel, Pixel};
-use super::random::{Part, StreamKey, StreamRng};
+use super::detector::{DetectorCells, DetectorModel};
+use super::random::{RandomStream, StreamKey, StreamRng};
 use super::registration::{Detection, Registration};
 use super::reorder::ReorderBuffer;
 use super::time::ChipTime;
@@ -24,7 +24,7 @@ pub struct PixelPulses<'m> {
     /// Which avalanches fire other cells, and which of them.
     talk: StreamRng,
     registered: ReorderBuffer<usize>,
-    line: Line<'m, ChipTime>,
+    line: InputLevel<'m, ChipTime>,
     /// Where pulses would end, in order, as all are equally long: those that another one prolongs, too.
     ends: VecDeque<(ChipTime, usize)>,
     /// When the level rises and falls.
@@ -39,7 +39,11 @@ struct Cell<'m> {
 }
 
 impl<'m> PixelPulses<'m> {
-    pub fn new(model: &'m DetectorModel, pixel: &'m Pixel, key: StreamKey) -> PixelPulses<'m> {
+    pub fn new(
+        model: &'m DetectorModel,
+        pixel: &'m DetectorCells,
+        key: StreamKey,
+    ) -> PixelPulses<'m> {
         let cells = pixel.cells.iter().map(|cell| {
             let key = cell.key(key.seed, key.repetition, key.group);
             let mut detector = Avalanches::new(cell, &key, model.warm_up_chips);
@@ -51,9 +55,9 @@ impl<'m> PixelPulses<'m> {
         let chips = i64::try_from(model.timing.scan.integration_chips).unwrap_or(i64::MAX);
         PixelPulses {
             cells: cells.collect(),
-            talk: key.stream(Part::Crosstalk),
+            talk: key.stream(RandomStream::Crosstalk),
             registered: ReorderBuffer::default(),
-            line: Line::new(pixel),
+            line: InputLevel::new(pixel),
             ends: VecDeque::new(),
             pulses: VecDeque::new(),
             end: ChipTime::at_chip(chips),
@@ -159,8 +163,8 @@ fn detection(time: ChipTime) -> Detection {
 
 /// The level of the input, over times of some kind.
 #[derive(Debug, Clone)]
-pub struct Line<'m, T> {
-    pixel: &'m Pixel,
+pub struct InputLevel<'m, T> {
+    pixel: &'m DetectorCells,
     /// Until when each cell's pulse is high, of those that are.
     high_until: Vec<Option<T>>,
     high: u32,
@@ -168,9 +172,9 @@ pub struct Line<'m, T> {
     rise: Option<T>,
 }
 
-impl<'m, T: Copy + PartialOrd> Line<'m, T> {
-    pub fn new(pixel: &'m Pixel) -> Line<'m, T> {
-        Line { pixel, high_until: vec![None; pixel.cells.len()], high: 0, rise: None }
+impl<'m, T: Copy + PartialOrd> InputLevel<'m, T> {
+    pub fn new(pixel: &'m DetectorCells) -> InputLevel<'m, T> {
+        InputLevel { pixel, high_until: vec![None; pixel.cells.len()], high: 0, rise: None }
     }
 
     /// A detection of a cell, and when its pulse ends: no earlier than what came before it, all of which that ends

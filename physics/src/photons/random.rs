@@ -9,7 +9,7 @@ pub type StreamRng = Xoshiro256PlusPlus;
 
 /// A part of the model that draws random numbers of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum RandomStream {
     /// Off-light, background and dark counts, which are one Poisson process.
     ConstantLight,
     /// Numbers and delays of afterpulses.
@@ -32,20 +32,20 @@ pub enum Part {
     Path(u64),
 }
 
-impl Part {
+impl RandomStream {
     fn number(self) -> u64 {
         match self {
-            Part::ConstantLight => 0,
-            Part::Afterpulsing => 1,
-            Part::Jitter => 2,
-            Part::Transition => 3,
-            Part::Counts => 4,
-            Part::Start => 5,
-            Part::Tail => 7,
-            Part::Crosstalk => 8,
-            Part::Member => 9,
+            RandomStream::ConstantLight => 0,
+            RandomStream::Afterpulsing => 1,
+            RandomStream::Jitter => 2,
+            RandomStream::Transition => 3,
+            RandomStream::Counts => 4,
+            RandomStream::Start => 5,
+            RandomStream::Tail => 7,
+            RandomStream::Crosstalk => 8,
+            RandomStream::Member => 9,
             // As good as random: none of the above.
-            Part::Path(number) => scatter(6, number),
+            RandomStream::Path(number) => scatter(6, number),
         }
     }
 }
@@ -65,21 +65,21 @@ pub struct StreamKey {
 
 impl StreamKey {
     /// The stream of one part: the same for the same key, whatever else exists.
-    pub fn stream(&self, part: Part) -> StreamRng {
+    pub fn stream(&self, part: RandomStream) -> StreamRng {
         StreamRng::seed_from_u64(self.hash(part))
     }
 
     /// The number that a part's stream is seeded with.
-    pub fn hash(&self, part: Part) -> u64 {
+    pub fn hash(&self, part: RandomStream) -> u64 {
         self.hash_of(self.group.0, part)
     }
 
     /// The stream of a part that every step of the group has for itself.
-    pub fn stream_of_step(&self, step: Step, part: Part) -> StreamRng {
+    pub fn stream_of_step(&self, step: Step, part: RandomStream) -> StreamRng {
         StreamRng::seed_from_u64(self.hash_of(step.0, part))
     }
 
-    fn hash_of(&self, number: u64, part: Part) -> u64 {
+    fn hash_of(&self, number: u64, part: RandomStream) -> u64 {
         [self.detector, number, self.repetition, part.number()]
             .into_iter()
             .fold(mix(self.seed), scatter)
@@ -94,7 +94,7 @@ impl StreamKey {
             group: Group(u64::MAX),
             ..*self
         };
-        of_scan.hash(Part::Path(path))
+        of_scan.hash(RandomStream::Path(path))
     }
 }
 
@@ -124,12 +124,12 @@ mod tests {
                     for repetition in 0..4 {
                         let key = StreamKey { seed, detector, group: Group(step), repetition };
                         for part in [
-                            Part::ConstantLight,
-                            Part::Afterpulsing,
-                            Part::Jitter,
-                            Part::Transition,
-                            Part::Path(0),
-                            Part::Path(1),
+                            RandomStream::ConstantLight,
+                            RandomStream::Afterpulsing,
+                            RandomStream::Jitter,
+                            RandomStream::Transition,
+                            RandomStream::Path(0),
+                            RandomStream::Path(1),
                         ] {
                             first_words.insert(key.stream(part).next_u64());
                         }

@@ -3,7 +3,7 @@
 use rand_distr::{Distribution, StandardNormal};
 
 use super::detector::{DetectorModel, JITTER_BOUND_SIGMAS};
-use super::random::{Part, StreamKey, StreamRng};
+use super::random::{RandomStream, StreamKey, StreamRng};
 use super::time::ChipTime;
 
 /// The registered time of a detection, relative to the start of its step.
@@ -27,8 +27,8 @@ impl<'m> Registration<'m> {
     pub fn new(model: &'m DetectorModel, key: &StreamKey) -> Registration<'m> {
         Registration {
             model,
-            jitter: model.jitter_chips.map(|_| key.stream(Part::Jitter)),
-            tail: model.tail.as_ref().map(|_| key.stream(Part::Tail)),
+            jitter: model.jitter_chips.map(|_| key.stream(RandomStream::Jitter)),
+            tail: model.tail.as_ref().map(|_| key.stream(RandomStream::Tail)),
         }
     }
 

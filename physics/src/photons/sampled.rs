@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::detector::DetectorModel;
-use super::fast::{CHIP_BITS, Recorded, Recorder, RegisteredTicks};
+use super::fast::{CHIP_BITS, Recorder, RegisteredSteps, RegisteredTicks};
 use super::registration::Detection;
 use super::step::GroupDetections;
 use crate::scan::{Group, Sample, Sampler, Sampling};
@@ -81,7 +81,7 @@ enum Detections<'m> {
     /// By the plain loop, and the pulse that was found, but not asked for yet, with its input.
     OneByOne { group: GroupDetections<'m>, pending: Option<(Pulse, usize)> },
     /// By the vector lanes, some groups ahead; and how many of the present one's are used.
-    Recorded { recorder: Arc<Recorder<'m>>, groups: VecDeque<Recorded>, used: usize },
+    Recorded { recorder: Arc<Recorder<'m>>, groups: VecDeque<RegisteredSteps>, used: usize },
 }
 
 impl<'m> PulseStream<'m> {
@@ -194,7 +194,7 @@ impl<'m> PulseStream<'m> {
                     return self.advance_in_group(until, out);
                 }
                 let sampler = TickSampler::new(self.model);
-                let Recorded { times, ends, inputs } = &groups[0];
+                let RegisteredSteps { times, ends, inputs } = &groups[0];
                 let left = &times[*used..];
                 let first = |&time: &RegisteredTicks| sampler.at_or_after(time.0, start);
                 let now = left.partition_point(|time| first(time) < until);

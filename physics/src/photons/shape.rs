@@ -34,12 +34,12 @@ pub struct Strand {
     /// How much later than the code, in chips; may be negative.
     pub delay_chips: f64,
     /// When the light is let through; `None` for always.
-    pub gate: Option<Gate>,
+    pub gate: Option<LightGate>,
 }
 
 /// Light is let through while the code, late by another time, is on or off.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gate {
+pub struct LightGate {
     /// How much later than the code.
     pub delay_chips: f64,
     /// The chip that lets light through, 0 or 1.
@@ -81,7 +81,7 @@ impl PulseShape {
         let lit_chips = |strand: &Strand| match strand.gate {
             None => weight,
             // What the code, late by one of the two, has over what it has late by the other too.
-            Some(Gate { delay_chips, open_at }) => {
+            Some(LightGate { delay_chips, open_at }) => {
                 let apart = (strand.delay_chips - delay_chips).abs() * runs;
                 if open_at == 0 { apart } else { weight - apart }
             }
@@ -116,8 +116,8 @@ fn with_edges(rise_time_ps: f64, fall_time_ps: f64, longer_ps: f64, clock: Clock
 
 /// Light that turns on and off so much later than the code.
 fn of_edges(share: f64, rise_chips: f64, fall_chips: f64) -> Vec<Strand> {
-    let strand = |delay_chips: f64, gate: Option<Gate>| Strand { share, delay_chips, gate };
-    let late = |delay_chips: f64, open_at: u8| Some(Gate { delay_chips, open_at });
+    let strand = |delay_chips: f64, gate: Option<LightGate>| Strand { share, delay_chips, gate };
+    let late = |delay_chips: f64, open_at: u8| Some(LightGate { delay_chips, open_at });
     if rise_chips == fall_chips {
         vec![strand(rise_chips, None)]
     } else if fall_chips > rise_chips {

@@ -40,7 +40,7 @@ impl Jitter<'_> {
 
 /// One instant of every chip.
 #[derive(Debug, Clone)]
-pub struct Column {
+pub struct ChipColumn {
     terms: Vec<Term>,
 }
 
@@ -55,11 +55,11 @@ struct Term {
     rates: [f64; 4],
 }
 
-impl Column {
+impl ChipColumn {
     /// The instant `time_chips` (in the grid's frame) after a chip's start, seen
     /// through jitter, on average over the transition time.
-    pub fn new(grid: &Grid, time_chips: f64, jitter: Jitter, transition_chips: f64) -> Column {
-        let mut column = Column { terms: Vec::new() };
+    pub fn new(grid: &Grid, time_chips: f64, jitter: Jitter, transition_chips: f64) -> ChipColumn {
+        let mut column = ChipColumn { terms: Vec::new() };
         if transition_chips > 0.0 {
             for side in [-transition_chips, transition_chips] {
                 column.add_jittered(grid, time_chips + side, jitter, 0.5);
@@ -207,7 +207,7 @@ impl Column {
 mod tests {
     use std::path::Path;
 
-    use super::super::grid::{Kinks, Samples};
+    use super::super::grid::{Kinks, SampleInstants};
     use super::super::light::Light;
     use super::*;
     use crate::photons::DetectorModel;
@@ -220,11 +220,11 @@ mod tests {
     fn far_instants_have_the_terms_of_near_ones() {
         let scene = load(Path::new("../scenes/quick.toml")).expect("it is sound");
         let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-        let samples = Samples { origin_chips: 0.0, sampling: None };
+        let samples = SampleInstants { origin_chips: 0.0, sampling: None };
         let grid = Grid::new(&model, &Light::of(&model), Kinks::Later, &samples).expect("a grid");
         let exponential = Tail::Exponential { share: 0.3, time_constant_chips: 0.7 };
         for (sigma_chips, tail) in [(0.3, None), (1e-3, None), (0.05, Some(&exponential))] {
-            let of = |time: f64| Column::new(&grid, time, Jitter { sigma_chips, tail }, 0.0);
+            let of = |time: f64| ChipColumn::new(&grid, time, Jitter { sigma_chips, tail }, 0.0);
             let near = of(0.4375);
             for far in [-300_000, 1 << 33, -(1 << 42)] {
                 let column = of(far as f64 + 0.4375);

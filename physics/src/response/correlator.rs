@@ -16,11 +16,11 @@ use std::sync::OnceLock;
 use goldtof_fft::Planner;
 use goldtof_fft::num_complex::Complex64;
 
-use super::column::{Column, Jitter};
+use super::column::{ChipColumn, Jitter};
 use super::forward::{AllAndMerged, Detections};
 use super::grid::{Grid, frame_chips};
 use super::light::Light;
-use super::sampling::{self, Sampling};
+use super::sampling::{self, DetectionSampling};
 use super::tier::EdgeTiming;
 use crate::photons::DetectorModel;
 
@@ -35,7 +35,7 @@ pub struct MeanCount {
 
 /// Tables from which every step's expected counts follow.
 #[derive(Debug, Clone)]
-pub struct Correlator {
+pub struct ResponseTables {
     reference: Reference,
     samples_per_chip: u64,
     period_chips: usize,
@@ -50,7 +50,7 @@ pub struct Correlator {
 }
 
 /// What a correlator's tables follow from.
-pub struct Source<'a> {
+pub struct TableSource<'a> {
     /// Cells of integration.
     pub grid: &'a Grid,
     /// The light that the grid was made for.
@@ -60,7 +60,7 @@ pub struct Source<'a> {
     /// The tier's edges.
     pub timing: EdgeTiming,
     /// What samples show of detections; none for a counter in continuous time.
-    pub sampling: Option<&'a Sampling>,
+    pub sampling: Option<&'a DetectionSampling>,
     /// Added to every path's time of flight.
     pub delay_chips: f64,
 }
@@ -85,9 +85,9 @@ struct Reference {
     falls: Vec<f64>,
 }
 
-impl Correlator {
+impl ResponseTables {
     /// The tables of a detector's counts.
-    pub fn new(model: &DetectorModel, source: &Source) -> Correlator {
+    pub fn new(model: &DetectorModel, source: &TableSource) -> ResponseTables {
         let timing = &source.timing;
         let samples_per_chip = u64::from(model.timing.clock.samples_per_chip);
         let period_chips = source.grid.period_chips;
@@ -120,7 +120,7 @@ impl Correlator {
             let hits = before.windows(2).map(|edge| edge[1] - edge[0]).collect();
             Phase { before, hits: twice(hits), falling: falling.unwrap_or_default() }
         });
-        let of_cell = Correlator {
+        let of_cell = ResponseTables {
             reference: Reference::new(&model.reference.chips, period_chips),
             samples_per_chip,
             period_chips,
@@ -134,7 +134,7 @@ impl Correlator {
     }
 
     /// All counts so many times as large.
-    fn times(mut self, times: f64) -> Correlator {
+    fn times(mut self, times: f64) -> ResponseTables {
         let scale = |table: &mut Vec<f64>| table.iter_mut().for_each(|value| *value *= times);
         for phase in &mut self.phases {
             [&mut phase.before, &mut phase.hits, &mut phase.falling].into_iter().for_each(scale);
@@ -146,7 +146,7 @@ impl Correlator {
 
     /// The tables less those of the same counter under other light, by `times`. All that is
     /// read off tables is linear in them.
-    pub fn less(&self, other: &Correlator, times: f64) -> Correlator {
+    pub fn less(&self, other: &ResponseTables, times: f64) -> ResponseTables {
         let less = |here: &[f64], there: &[f64]| -> Vec<f64> {
             here.iter().zip(there).map(|(here, there)| (here - there) * times).collect()
         };
@@ -155,7 +155,7 @@ impl Correlator {
             hits: less(&here.hits, &there.hits),
             falling: less(&here.falling, &there.falling),
         });
-        Correlator {
+        ResponseTables {
             reference: self.reference.clone(),
             hits_per_period: (self.hits_per_period - other.hits_per_period) * times,
             phases: phases.collect(),
@@ -315,7 +315,7 @@ impl Correlator {
     }
 }
 
-impl Source<'_> {
+impl TableSource<'_> {
     /// Expected detections that count, registered before a time after the start of
     /// chips 0..=period.
     ///
@@ -327,7 +327,7 @@ impl Source<'_> {
         // Registered time to the grid's avalanche time.
         let origin = -(frame_chips(self.light) + self.delay_chips + model.delay_chips);
         let before = |jitter: Jitter, detections: &Detections| {
-            let column = Column::new(self.grid, time + origin, jitter, transition);
+            let column = ChipColumn::new(self.grid, time + origin, jitter, transition);
             column.cumulative(self.grid, detections)
         };
         let mut counted = before(jitter, &self.detections.all);

@@ -8,7 +8,7 @@ use super::group_counts::{GroupLaw, MOST_COUNTS};
 use super::moments::{CountMoments, SecondMoments};
 use crate::photons::counter::StepCount;
 use crate::photons::detector::DetectorModel;
-use crate::photons::random::{Part, StreamRng};
+use crate::photons::random::{RandomStream, StreamRng};
 use crate::scan::Group;
 
 /// Up and down counts whose means are this many standard deviations above zero
@@ -111,7 +111,7 @@ impl<'m> CountSampler<'m> {
     pub fn scan(&self, seed: u64, repetition: u64) -> Vec<StepCount> {
         let stream = |group| {
             let key = self.model.key(seed, repetition, Group(group));
-            key.stream(Part::Counts)
+            key.stream(RandomStream::Counts)
         };
         match &self.laws {
             Laws::Steps(laws) => {
@@ -229,7 +229,7 @@ mod tests {
         let law = Law::of(&moments).expect("a law");
         assert_eq!(matches!(law, Law::Normal { .. }), is_normal);
         let key = StreamKey { seed: 5, detector: 0, group: Group(0), repetition: 0 };
-        let mut rng = key.stream(Part::Counts);
+        let mut rng = key.stream(RandomStream::Counts);
         let draws = 200_000;
         let mut sums = [0.0; 5];
         for _ in 0..draws {

@@ -7,11 +7,11 @@
 
 use super::MeanResponseError;
 use super::chain::states_needed;
-use super::grid::{Grid, Kinks, Samples, frame_chips};
+use super::grid::{Grid, Kinks, SampleInstants, frame_chips};
 use super::heard;
 use super::light::Light;
 use super::moments::{ENDS, reach_across_ends};
-use super::sampling::Sampling;
+use super::sampling::DetectionSampling;
 use super::tier::CountingTier;
 use crate::photons::DetectorModel;
 use crate::photons::tail::Tail;
@@ -128,9 +128,10 @@ impl Effort {
 impl Size {
     fn of(model: &DetectorModel, light: &Light, kinks: Kinks) -> Result<Size, MeanResponseError> {
         // At most: a counter in continuous time needs no sample instants.
-        let samples = Samples {
+        let samples = SampleInstants {
             origin_chips: frame_chips(light) + model.delay_chips,
-            sampling: Sampling::of(model, light, CountingTier::Sampled).unwrap_or_default(),
+            sampling: DetectionSampling::of(model, light, CountingTier::Sampled)
+                .unwrap_or_default(),
         };
         let grid = Grid::new(model, light, kinks, &samples)?;
         let states = match states_needed(model.afterpulsing, model.dead_time_chips) {

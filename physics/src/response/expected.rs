@@ -6,13 +6,13 @@ use rayon::prelude::*;
 
 use super::MeanResponseError;
 use super::avalanches::detections;
-use super::correlator::{Correlator, MeanCount, Source};
+use super::correlator::{MeanCount, ResponseTables, TableSource};
 use super::domain::check_stillness;
 use super::forward::AllAndMerged;
-use super::grid::{Grid, Kinks, Samples, frame_chips};
+use super::grid::{Grid, Kinks, SampleInstants, frame_chips};
 use super::heard::Heard;
 use super::light::Light;
-use super::sampling::{self, Sampling};
+use super::sampling::{self, DetectionSampling};
 use super::tier::{CountingTier, EdgeTiming};
 use crate::photons::DetectorModel;
 use crate::scan::Step;
@@ -30,9 +30,9 @@ pub struct MeanResponse<'m> {
     pub(super) heard: Option<Arc<Heard>>,
     pub(super) timing: EdgeTiming,
     pub(super) grid: Arc<Grid>,
-    pub(super) sampling: Option<Sampling>,
+    pub(super) sampling: Option<DetectionSampling>,
     pub(super) detections: Arc<AllAndMerged>,
-    pub(super) correlator: Arc<Correlator>,
+    pub(super) correlator: Arc<ResponseTables>,
     /// Added to every path's time of flight.
     pub(super) delay_chips: f64,
 }
@@ -70,7 +70,7 @@ impl<'m> MeanResponse<'m> {
                 chip_period_ps: model.timing.clock.chip_period_ps,
             });
         }
-        let sampling = Sampling::of(model, &light, tier)?;
+        let sampling = DetectionSampling::of(model, &light, tier)?;
         let heard = Heard::of(model)?.map(Arc::new);
         MeanResponse::solved(model, (light, heard), timing, sampling, 0.0)
     }
@@ -79,16 +79,18 @@ impl<'m> MeanResponse<'m> {
         model: &'m DetectorModel,
         (light, heard): (Light, Option<Arc<Heard>>),
         timing: EdgeTiming,
-        sampling: Option<Sampling>,
+        sampling: Option<DetectionSampling>,
         delay_chips: f64,
     ) -> Result<MeanResponse<'m>, MeanResponseError> {
         let frame_chips = frame_chips(&light) + delay_chips;
-        let samples =
-            Samples { origin_chips: frame_chips + model.delay_chips, sampling: sampling.clone() };
+        let samples = SampleInstants {
+            origin_chips: frame_chips + model.delay_chips,
+            sampling: sampling.clone(),
+        };
         let grid = Grid::new(model, &light, Kinks::Later, &samples)?;
         let grid = Heard::at(heard.as_deref(), grid, frame_chips);
         let detections = detections(model, &grid)?;
-        let source = Source {
+        let source = TableSource {
             grid: &grid,
             light: &light,
             detections: &detections,
@@ -96,7 +98,7 @@ impl<'m> MeanResponse<'m> {
             sampling: sampling.as_ref(),
             delay_chips,
         };
-        let correlator = Arc::new(Correlator::new(model, &source));
+        let correlator = Arc::new(ResponseTables::new(model, &source));
         Ok(MeanResponse {
             model,
             light,
@@ -118,7 +120,7 @@ impl<'m> MeanResponse<'m> {
     /// As for the response itself.
     pub fn delayed(&self, delay_ps: f64) -> Result<MeanResponse<'m>, MeanResponseError> {
         let delay_chips = self.delay_chips + self.model.timing.clock.chips(delay_ps);
-        if self.heard.is_some() || self.sampling.as_ref().is_some_and(Sampling::merges) {
+        if self.heard.is_some() || self.sampling.as_ref().is_some_and(DetectionSampling::merges) {
             return MeanResponse::solved(
                 self.model,
                 (self.light.clone(), self.heard.clone()),
@@ -127,7 +129,7 @@ impl<'m> MeanResponse<'m> {
                 delay_chips,
             );
         }
-        let source = Source {
+        let source = TableSource {
             grid: &self.grid,
             light: &self.light,
             detections: &self.detections,
@@ -136,7 +138,7 @@ impl<'m> MeanResponse<'m> {
             delay_chips,
         };
         Ok(MeanResponse {
-            correlator: Arc::new(Correlator::new(self.model, &source)),
+            correlator: Arc::new(ResponseTables::new(self.model, &source)),
             delay_chips,
             grid: Arc::clone(&self.grid),
             detections: Arc::clone(&self.detections),

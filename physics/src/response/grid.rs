@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::domain::{FINEST_CELL_CHIPS, MeanResponseError, check};
 use super::light::Light;
-use super::sampling::Sampling;
+use super::sampling::DetectionSampling;
 use crate::code::Code;
 use crate::photons::DetectorModel;
 
@@ -65,9 +65,9 @@ pub enum Kinks {
 pub struct GridCell {
     pub width: f64,
     /// Places one dead time before the start, middle and end.
-    pub before: [Interpolation; 3],
+    pub before: [GridInterpolation; 3],
     /// Places one dead time after the start, middle and end.
-    pub after: [Interpolation; 3],
+    pub after: [GridInterpolation; 3],
     /// Whether the place after the end is a border of cells, and the one after the next cell's start the
     /// same: what is continuous there need not be looked up twice.
     pub after_joins: bool,
@@ -78,7 +78,7 @@ pub struct GridCell {
 
 /// A place in another cell.
 #[derive(Debug, Clone, Copy)]
-pub struct Interpolation {
+pub struct GridInterpolation {
     /// Chips away.
     pub chips: i64,
     /// Cell in that chip.
@@ -172,7 +172,7 @@ impl Grid {
         model: &DetectorModel,
         light: &Light,
         kinks: Kinks,
-        samples: &Samples,
+        samples: &SampleInstants,
     ) -> Result<Grid, MeanResponseError> {
         check(model)?;
         check_brightness(model, light.brightest_per_chip())?;
@@ -191,7 +191,7 @@ impl Grid {
                         // light the rate has two values, and this cell's is meant.
                         let inside = x.clamp(1e-6, 1.0 - 1e-6);
                         let time = start + x * width + offset;
-                        Interpolation::new(&edges, start + inside * width + offset, time)
+                        GridInterpolation::new(&edges, start + inside * width + offset, time)
                     })
                 };
                 let middle = start + 0.5 * width;
@@ -253,9 +253,9 @@ impl Grid {
     }
 }
 
-impl Interpolation {
+impl GridInterpolation {
     /// The place of `time` in the cell that holds `inside`.
-    fn new(edges: &[f64], inside: f64, time: f64) -> Interpolation {
+    fn new(edges: &[f64], inside: f64, time: f64) -> GridInterpolation {
         let (chips, cell) = locate(edges, inside);
         let width = edges[cell + 1] - edges[cell];
         let x = (time - chips as f64 - edges[cell]) / width;
@@ -264,16 +264,16 @@ impl Interpolation {
         let start_slope = x * (1.0 - x) * (1.0 - x) * width;
         let end_slope = x * x * (x - 1.0) * width;
         let border = [0.0, 1.0].into_iter().position(|border| x == border);
-        Interpolation { chips, cell, weights: [1.0 - end, end, start_slope, end_slope], border }
+        GridInterpolation { chips, cell, weights: [1.0 - end, end, start_slope, end_slope], border }
     }
 
     /// The same place of a chip that comes so many later.
-    fn of_later_chip(self, chips: i64) -> Interpolation {
-        Interpolation { chips: self.chips + chips, ..self }
+    fn of_later_chip(self, chips: i64) -> GridInterpolation {
+        GridInterpolation { chips: self.chips + chips, ..self }
     }
 
     /// Whether it is the end of a cell, of `cells` in a chip, and `start` the start of the next.
-    fn ends_at(&self, start: &Interpolation, cells: usize) -> bool {
+    fn ends_at(&self, start: &GridInterpolation, cells: usize) -> bool {
         let next = match self.cell + 1 == cells {
             true => (self.chips + 1, 0),
             false => (self.chips, self.cell + 1),
@@ -284,14 +284,14 @@ impl Interpolation {
 
 /// Sample instants in the grid's frame.
 #[derive(Debug, Clone)]
-pub struct Samples {
+pub struct SampleInstants {
     /// Registered time of the frame's origin, in chips.
     pub origin_chips: f64,
     /// What the samples show; none for a counter in continuous time.
-    pub sampling: Option<Sampling>,
+    pub sampling: Option<DetectionSampling>,
 }
 
-impl Samples {
+impl SampleInstants {
     /// Where counting changes within a chip, 0..1; and where that leaves the value of
     /// being in a state with a step or a kink.
     fn breaks(&self, kinks: Kinks, dead_time_chips: f64) -> Vec<f64> {
@@ -299,7 +299,7 @@ impl Samples {
             Kinks::Later => &[0.0],
             Kinks::LaterAndEarlier => &[0.0, 1.0, 2.0],
         };
-        let registered = self.sampling.as_ref().map_or(Vec::new(), Sampling::breaks);
+        let registered = self.sampling.as_ref().map_or(Vec::new(), DetectionSampling::breaks);
         registered
             .into_iter()
             .flat_map(|time| back.iter().map(move |dead| time - dead * dead_time_chips))
@@ -406,7 +406,7 @@ fn edges(
     light: &Light,
     delays: &[f64],
     kinks: Kinks,
-    samples: &Samples,
+    samples: &SampleInstants,
 ) -> Vec<f64> {
     let mut breaks = vec![0.0, 1.0];
     breaks.extend(samples.breaks(kinks, model.dead_time_chips));

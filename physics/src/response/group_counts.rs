@@ -75,7 +75,7 @@ impl GroupLaw {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photons::random::{Part, StreamKey};
+    use crate::photons::random::{RandomStream, StreamKey};
     use crate::scan::Group;
 
     #[test]
@@ -96,7 +96,7 @@ mod tests {
         })
         .expect("a law");
         let key = StreamKey { seed: 8, detector: 0, group: Group(0), repetition: 0 };
-        let mut rng = key.stream(Part::Counts);
+        let mut rng = key.stream(RandomStream::Counts);
         let draws = 100_000;
         let mut products = [[0.0; 3]; 3];
         let mut sums = [0.0; 3];

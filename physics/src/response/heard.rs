@@ -11,7 +11,7 @@ use super::MeanResponseError;
 use super::avalanches::detections;
 use super::domain::check_stillness;
 use super::forward::Detections;
-use super::grid::{Grid, Kinks, Samples, frame_chips};
+use super::grid::{Grid, Kinks, SampleInstants, frame_chips};
 use super::light::Light;
 use crate::photons::{DeadTime, DetectorModel};
 
@@ -63,7 +63,7 @@ impl Heard {
         for (link, other) in coupled.heard() {
             check_stillness(other)?;
             let light = Light::of(other);
-            let samples = Samples { origin_chips: 0.0, sampling: None };
+            let samples = SampleInstants { origin_chips: 0.0, sampling: None };
             let grid = Grid::new(other, &light, Kinks::Later, &samples)?;
             let detections = detections(other, &grid)?.all;
             others.push(Other {

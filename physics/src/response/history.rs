@@ -1,6 +1,6 @@
 //! The last chips of a solution, as far back as one dead time reads.
 
-use super::grid::Interpolation;
+use super::grid::GridInterpolation;
 use super::several::Number;
 
 /// Values and slopes at the borders of one cell: value at start and end, slope
@@ -36,7 +36,7 @@ impl<const M: usize, V: Number> History<M, V> {
 
     /// The value at a place of chip `chip`.
     #[inline(always)]
-    pub fn read(&self, chip: usize, place: &Interpolation) -> [V; M] {
+    pub fn read(&self, chip: usize, place: &GridInterpolation) -> [V; M] {
         let index = (chip & self.chip_mask) * self.cells_per_chip + place.cell;
         let borders = &self.cells[index];
         if let Some(border) = place.border {

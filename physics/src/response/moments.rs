@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use super::MeanResponseError;
 use super::correlator::dot;
 use super::expected::MeanResponse;
-use super::grid::{Samples, frame_chips};
+use super::grid::{SampleInstants, frame_chips};
 use super::pairs::{DetectorPairs, before_chips};
-use super::span::Reach;
+use super::span::PairReach;
 use crate::photons::DetectorModel;
 use crate::scan::{Group, Step};
 
@@ -100,7 +100,7 @@ pub struct SecondMoments<'r, 'm> {
     pub(super) shared: Arc<Shared>,
     /// How far pairs of detections reach across the end of a step; none if steps are so long
     /// that it does not matter.
-    reach: Option<Reach>,
+    reach: Option<PairReach>,
     /// Ends of steps that are told apart for the total count.
     ends: Vec<usize>,
     /// What the ends of steps, by their chips, divide of the pairs of all detections.
@@ -156,8 +156,10 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// # Errors
     /// As for the mean response.
     pub fn new(response: &'r MeanResponse<'m>) -> Result<SecondMoments<'r, 'm>, MeanResponseError> {
-        let samples =
-            Samples { origin_chips: origin_chips(response), sampling: response.sampling.clone() };
+        let samples = SampleInstants {
+            origin_chips: origin_chips(response),
+            sampling: response.sampling.clone(),
+        };
         let heard = response.heard.as_deref();
         let pairs = DetectorPairs::new(response.model, &response.light, heard, samples)?;
         let per_cell = pairs.hits.iter().zip(&pairs.excess_of_all);
@@ -516,12 +518,13 @@ pub(super) fn reach_across_ends(
     model: &DetectorModel,
     brightest_per_chip: f64,
     memory_chips: usize,
-) -> Option<Reach> {
+) -> Option<PairReach> {
     let memory = model.memory_under(brightest_per_chip);
     let step_chips = model.timing.scan.integration_chips;
     let after = memory.of_ends_chips().min(memory_chips);
     let before = usize::try_from(step_chips).unwrap_or(usize::MAX).min(after);
-    (step_chips as f64 <= LONG_IN_SCALES * memory.scale_chips()).then_some(Reach { before, after })
+    (step_chips as f64 <= LONG_IN_SCALES * memory.scale_chips())
+        .then_some(PairReach { before, after })
 }
 
 /// Numbers of each row that are multiplied at once: few enough that those of all rows stay in the

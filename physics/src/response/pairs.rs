@@ -2,11 +2,11 @@
 
 use super::chain::{Chain, states_needed};
 use super::forward::{self, AllAndMerged, Detections, ReadyStates};
-use super::grid::{Grid, Kinks, Samples};
+use super::grid::{Grid, Kinks, SampleInstants};
 use super::heard::Heard;
 use super::light::Light;
 use super::poisson::{self, Waiting};
-use super::span::{Reach, Span};
+use super::span::{PairReach, Span};
 use super::variance::Backwards;
 use super::{MAX_STATES, MeanResponseError, paralyzable, variance, with_states};
 use crate::photons::DetectorModel;
@@ -21,7 +21,7 @@ pub struct DetectorPairs {
     pub hits: Vec<f64>,
     /// [`DetectorPairs::excess`] of all detections that count.
     pub excess_of_all: Vec<f64>,
-    samples: Samples,
+    samples: SampleInstants,
     /// Share of each cell of a chip in which a pulse is seen by a sample.
     pub seen: Vec<f64>,
 }
@@ -41,7 +41,7 @@ impl DetectorPairs {
         model: &DetectorModel,
         light: &Light,
         heard: Option<&Heard>,
-        samples: Samples,
+        samples: SampleInstants,
     ) -> Result<DetectorPairs, MeanResponseError> {
         let grid = Grid::new(model, light, Kinks::LaterAndEarlier, &samples)?;
         let grid = Heard::at(heard, grid, samples.origin_chips - model.delay_chips);
@@ -73,7 +73,7 @@ impl DetectorPairs {
 
     /// The same of the cells before chip `end` of the code period, with later detections from
     /// that chip on only.
-    pub fn excess_across(&self, signs: &[&[f64]], end: usize, reach: Reach) -> Vec<Vec<f64>> {
+    pub fn excess_across(&self, signs: &[&[f64]], end: usize, reach: PairReach) -> Vec<Vec<f64>> {
         let span = Span::across(&self.grid, end, reach);
         self.states.excess(&self.grid, &self.detections, signs, &span)
     }
@@ -83,7 +83,7 @@ impl DetectorPairs {
         &'a self,
         of_period: &'a [f64],
         end: usize,
-        reach: Reach,
+        reach: PairReach,
     ) -> impl Iterator<Item = f64> + 'a {
         let cells = self.grid.cells.len();
         let first = Span::across(&self.grid, end, reach).first_chip * cells;

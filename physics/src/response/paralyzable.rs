@@ -11,7 +11,7 @@
 //! r^2 D (2 T - D) with r = lambda exp(-lambda D).
 
 use super::forward::{AllAndMerged, Detections};
-use super::grid::{Grid, Interpolation};
+use super::grid::{Grid, GridInterpolation};
 use super::span::Span;
 
 /// Every detection; pulses do not merge.
@@ -19,7 +19,7 @@ pub fn solve(grid: &Grid) -> AllAndMerged {
     let arrivals = Detections::poisson(grid);
     let per_chip = grid.cells.len();
     // Arrivals from the period's start to a place that is at most one dead time before it.
-    let until = |chip: usize, place: &Interpolation| {
+    let until = |chip: usize, place: &GridInterpolation| {
         let period = grid.period_chips as i64;
         let at = chip as i64 + place.chips;
         let turns = at.div_euclid(period) as f64;
@@ -62,7 +62,7 @@ pub fn excess(grid: &Grid, detections: &Detections, signs: &[f64], span: &Span) 
         counts.push(sum);
         rates.push(detections.rates[of_period].map(|rate| sign * rate));
     }
-    let until = |chip: usize, place: &Interpolation| match chip + place.chips as usize {
+    let until = |chip: usize, place: &GridInterpolation| match chip + place.chips as usize {
         later if later < chips => at_place(place, &counts, &rates, later * per_chip + place.cell),
         _ => sum,
     };
@@ -83,7 +83,7 @@ pub fn excess(grid: &Grid, detections: &Detections, signs: &[f64], span: &Span) 
 
 /// What has come until a place, of what comes before each cell and at which rates; `index` is its
 /// cell's.
-fn at_place(place: &Interpolation, before: &[f64], rates: &[[f64; 4]], index: usize) -> f64 {
+fn at_place(place: &GridInterpolation, before: &[f64], rates: &[[f64; 4]], index: usize) -> f64 {
     let [start, end, start_slope, end_slope] = place.weights;
     let [first, last, ..] = rates[index];
     before[index] * start + before[index + 1] * end + first * start_slope + last * end_slope

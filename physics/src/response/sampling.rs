@@ -54,7 +54,7 @@ const MOST_WAITS: usize = 64;
 
 /// How the sampled level shows detections.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sampling {
+pub struct DetectionSampling {
     samples_per_chip: f64,
     sampler: Sampler,
     /// A pulse is seen if it is registered no longer than this before a sample.
@@ -63,7 +63,7 @@ pub struct Sampling {
     merging: Option<f64>,
 }
 
-impl Sampling {
+impl DetectionSampling {
     /// The sampling of a tier; none for a counter that works in continuous time.
     ///
     /// # Errors
@@ -73,12 +73,12 @@ impl Sampling {
         model: &DetectorModel,
         light: &Light,
         tier: CountingTier,
-    ) -> Result<Option<Sampling>, MeanResponseError> {
+    ) -> Result<Option<DetectionSampling>, MeanResponseError> {
         if tier == CountingTier::Events {
             return Ok(None);
         }
         let sample_chips = model.timing.clock.sample_period_chips();
-        let sampling = Sampling {
+        let sampling = DetectionSampling {
             samples_per_chip: f64::from(model.timing.clock.samples_per_chip),
             sampler: model.sampler.clone(),
             seen_chips: model.pulse_width_chips.min(model.sampler.widest() * sample_chips),
@@ -89,7 +89,7 @@ impl Sampling {
             return Ok(Some(sampling));
         }
         match obstacle(model) {
-            None => Ok(Some(Sampling {
+            None => Ok(Some(DetectionSampling {
                 merging: Some(model.dead_time_chips - model.pulse_width_chips),
                 ..sampling
             })),
@@ -187,7 +187,7 @@ impl Sampling {
 /// By how much the reference's edges come later in phase `phase` of the `samples_per_chip` of a
 /// chip than in phase 0, in chips of registered time: as far as the samples before which they come
 /// are apart, or by the phase itself where nothing is sampled.
-pub fn phase_chips(sampling: Option<&Sampling>, samples_per_chip: u64, phase: u64) -> f64 {
+pub fn phase_chips(sampling: Option<&DetectionSampling>, samples_per_chip: u64, phase: u64) -> f64 {
     match sampling {
         None => phase as f64 / samples_per_chip as f64,
         Some(sampling) => sampling.instant_chips(phase as i64 - 1) - sampling.instant_chips(-1),
@@ -211,7 +211,7 @@ pub fn check_merging(sensor: &Sensor, detector: DetectorIndex) -> Result<(), Mea
     }
     let model = DetectorModel::new(sensor, detector);
     let light = Light::of(&model).of_cell(&model);
-    Sampling::of(&model, &light, CountingTier::Sampled).map(|_| ())
+    DetectionSampling::of(&model, &light, CountingTier::Sampled).map(|_| ())
 }
 
 /// Bound on the share of detections whose pulse merges with the one before, in the
@@ -365,12 +365,17 @@ mod tests {
             let light = Light::of(&model);
             let found = merged_share(&model, &light);
             assert!(range.contains(&found), "{found}");
-            assert!(Sampling::of(&model, &light, CountingTier::Sampled).is_ok());
+            assert!(DetectionSampling::of(&model, &light, CountingTier::Sampled).is_ok());
         }
     }
 
-    fn sampling(seen_chips: f64, merging: Option<f64>) -> Sampling {
-        Sampling { samples_per_chip: 4.0, sampler: Sampler::default(), seen_chips, merging }
+    fn sampling(seen_chips: f64, merging: Option<f64>) -> DetectionSampling {
+        DetectionSampling {
+            samples_per_chip: 4.0,
+            sampler: Sampler::default(),
+            seen_chips,
+            merging,
+        }
     }
 
     #[test]

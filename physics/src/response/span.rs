@@ -22,7 +22,7 @@ impl Span {
     }
 
     /// Pairs that begin in the chips before chip `end` of the code period, and end after it.
-    pub fn across(grid: &Grid, end: usize, reach: Reach) -> Span {
+    pub fn across(grid: &Grid, end: usize, reach: PairReach) -> Span {
         let whole_periods = reach.before.next_multiple_of(grid.period_chips);
         let first_chip = (end + whole_periods - reach.before) % grid.period_chips;
         let counted = reach.before..reach.before + reach.after;
@@ -32,7 +32,7 @@ impl Span {
 
 /// Chips before and after the end of a step in which pairs of detections lie that it divides.
 #[derive(Debug, Clone, Copy)]
-pub struct Reach {
+pub struct PairReach {
     pub before: usize,
     pub after: usize,
 }

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 
 use super::chain::Chain;
 use super::forward::{Detections, ReadyStates};
-use super::grid::{Grid, Interpolation, Rearming};
+use super::grid::{Grid, GridInterpolation, Rearming};
 use super::history::History;
 use super::integrator::{CellStep, CellSteps};
 use super::several::{Number, Several};
@@ -261,7 +261,7 @@ fn value_at<const M: usize, V: Number>(
     history: &History<M, V>,
     chips: usize,
     chip: usize,
-    place: &Interpolation,
+    place: &GridInterpolation,
 ) -> [V; M] {
     let later_chip = chip + place.chips as usize;
     if later_chip >= chips {

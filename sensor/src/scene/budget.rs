@@ -15,7 +15,7 @@ use super::sunlight;
 use crate::light::photon_rate_hz;
 
 /// A full angle.
-const ANGLE: Kind = quantity(Quantity::Angle, "1e-3 urad", "3 rad");
+const ANGLE: KeyKind = quantity(Quantity::Angle, "1e-3 urad", "3 rad");
 
 tables! {
     /// What lies between a target and the counted photon, whatever the light is.

@@ -2,7 +2,7 @@
 
 pub(super) use super::keys::{
     Absent::{Needed, Or, Otherwise},
-    BOOLEAN, Form, Key, KeyTable, Kind, choice, integer, names, number, quantity, ratio, table,
+    BOOLEAN, Form, Key, KeyKind, KeyTable, choice, integer, names, number, quantity, ratio, table,
     words,
 };
 pub(super) use super::reader::Section;
@@ -123,7 +123,7 @@ pub(super) trait Plain: Sized {
 impl Plain for f64 {
     fn read(section: &Section, name: &'static str) -> Option<f64> {
         match section.key(name).kind {
-            Kind::Quantity { .. } => section.quantity(name),
+            KeyKind::Quantity { .. } => section.quantity(name),
             _ => section.number(name),
         }
     }

@@ -13,7 +13,7 @@ const LARGEST_JITTER_CHIPS: f64 = (1_u32 << 16) as f64;
 const MOST_EDGE_CHIPS: f64 = (1_u32 << 16) as f64;
 
 /// What a counter's edge may be late.
-const EDGE: Kind = quantity(Quantity::Time, "0 s", "1 ms");
+const EDGE: KeyKind = quantity(Quantity::Time, "0 s", "1 ms");
 
 tables! {
     /// A SPAD with its counter (Table I).

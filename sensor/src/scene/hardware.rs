@@ -10,7 +10,7 @@ tables! {
     #[derive(Debug, Clone, PartialEq)]
     pub struct Hardware {}
     of HARDWARE = "hardware" {
-        target => target: Target = choice(Target::CHOICES), Or("\"ecp5-25k-6\""), "\"ecp5-25k-6\"";
+        target => target: FpgaTarget = choice(FpgaTarget::CHOICES), Or("\"ecp5-25k-6\""), "\"ecp5-25k-6\"";
             "device that the hardware is built for";
         architecture => architecture: Architecture = choice(Architecture::CHOICES),
             Or("\"updown\""), "\"histogram\"";
@@ -161,7 +161,7 @@ impl Polarity {
 choices! {
     /// FPGA targets.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    pub enum Target {
+    pub enum FpgaTarget {
         /// Lattice ECP5 25k, speed grade 6.
         Ecp525k6 = "ecp5-25k-6",
         /// Lattice iCE40 HX8K.

@@ -8,7 +8,7 @@ use super::wording::{alternatives, quoted};
 #[derive(Debug)]
 pub(super) struct Key {
     pub name: &'static str,
-    pub kind: Kind,
+    pub kind: KeyKind,
     pub absent: Absent,
     /// A right value, without quotation marks.
     pub example: &'static str,
@@ -30,7 +30,7 @@ pub(super) enum Absent {
 
 /// Type and bounds of a key; a value at a bound is allowed.
 #[derive(Debug)]
-pub(super) enum Kind {
+pub(super) enum KeyKind {
     /// A number and a unit, as text, or a list of them.
     Quantity { quantity: Quantity, least: &'static str, most: &'static str },
     /// A plain number, or a list of them; `or_inf` for one that may be "inf" too.
@@ -41,35 +41,39 @@ pub(super) enum Kind {
     Words(&'static str, Form),
 }
 
-pub(super) const fn quantity(quantity: Quantity, least: &'static str, most: &'static str) -> Kind {
-    Kind::Quantity { quantity, least, most }
+pub(super) const fn quantity(
+    quantity: Quantity,
+    least: &'static str,
+    most: &'static str,
+) -> KeyKind {
+    KeyKind::Quantity { quantity, least, most }
 }
 
-pub(super) const fn number(least: f64, most: f64) -> Kind {
-    Kind::Number { least, most, or_inf: false }
+pub(super) const fn number(least: f64, most: f64) -> KeyKind {
+    KeyKind::Number { least, most, or_inf: false }
 }
 
-pub(super) const fn ratio(least: f64, most: f64) -> Kind {
-    Kind::Number { least, most, or_inf: true }
+pub(super) const fn ratio(least: f64, most: f64) -> KeyKind {
+    KeyKind::Number { least, most, or_inf: true }
 }
 
-pub(super) const fn integer(least: i64, most: i64) -> Kind {
-    Kind::Integer { least, most }
+pub(super) const fn integer(least: i64, most: i64) -> KeyKind {
+    KeyKind::Integer { least, most }
 }
 
-pub(super) const fn words(words: &'static str, form: Form) -> Kind {
-    Kind::Words(words, form)
+pub(super) const fn words(words: &'static str, form: Form) -> KeyKind {
+    KeyKind::Words(words, form)
 }
 
-pub(super) const fn table(path: &'static str) -> Kind {
-    Kind::Words("a table", Form::Table(path))
+pub(super) const fn table(path: &'static str) -> KeyKind {
+    KeyKind::Words("a table", Form::Table(path))
 }
 
-pub(super) const fn choice(names: &'static [&'static str]) -> Kind {
-    Kind::Words("one of its names", Form::Choice(names))
+pub(super) const fn choice(names: &'static [&'static str]) -> KeyKind {
+    KeyKind::Words("one of its names", Form::Choice(names))
 }
 
-pub(super) const BOOLEAN: Kind = Kind::Words("true or false", Form::Boolean);
+pub(super) const BOOLEAN: KeyKind = KeyKind::Words("true or false", Form::Boolean);
 
 /// The names of a list of names and values.
 pub(super) const fn names<T, const N: usize>(named: &[(&'static str, T); N]) -> [&'static str; N] {
@@ -136,15 +140,15 @@ impl Key {
     /// Whether `value`, in the base unit of its quantity, is within the bounds.
     pub fn holds(&self, value: f64) -> bool {
         match self.kind {
-            Kind::Quantity { .. } => {
+            KeyKind::Quantity { .. } => {
                 let [least, most] = self.bounds();
                 (least..=most).contains(&value)
             }
-            Kind::Number { least, most, or_inf } => {
+            KeyKind::Number { least, most, or_inf } => {
                 (least..=most).contains(&value) || (or_inf && value == f64::INFINITY)
             }
-            Kind::Integer { least, most } => (least as f64..=most as f64).contains(&value),
-            Kind::Words(..) => true,
+            KeyKind::Integer { least, most } => (least as f64..=most as f64).contains(&value),
+            KeyKind::Words(..) => true,
         }
     }
 
@@ -173,7 +177,7 @@ impl Key {
     pub fn default_number(&self) -> Option<f64> {
         let text = self.default()?;
         match self.kind {
-            Kind::Quantity { quantity, .. } => units::parse(text, quantity, self.example).ok(),
+            KeyKind::Quantity { quantity, .. } => units::parse(text, quantity, self.example).ok(),
             _ => text.parse().ok(),
         }
     }
@@ -189,7 +193,7 @@ impl Key {
     /// A right value, as error messages offer it.
     pub fn shown_example(&self) -> String {
         match self.kind {
-            Kind::Quantity { .. } => format!("\"{}\"", self.example),
+            KeyKind::Quantity { .. } => format!("\"{}\"", self.example),
             _ => self.example.to_owned(),
         }
     }
@@ -197,11 +201,11 @@ impl Key {
     /// Its range, in words.
     pub fn range(&self) -> String {
         match self.kind {
-            Kind::Quantity { least, most, .. } => format!("{least} to {most}"),
-            Kind::Number { least, most, .. } => format!("{least} to {most}"),
-            Kind::Integer { least, most } => format!("{least} to {most}"),
-            Kind::Words(_, Form::Choice(names)) => alternatives(&quoted(names)),
-            Kind::Words(words, _) => words.to_owned(),
+            KeyKind::Quantity { least, most, .. } => format!("{least} to {most}"),
+            KeyKind::Number { least, most, .. } => format!("{least} to {most}"),
+            KeyKind::Integer { least, most } => format!("{least} to {most}"),
+            KeyKind::Words(_, Form::Choice(names)) => alternatives(&quoted(names)),
+            KeyKind::Words(words, _) => words.to_owned(),
         }
     }
 
@@ -218,7 +222,7 @@ impl Key {
 
     /// The bounds of a quantity, in its base unit.
     pub fn bounds(&self) -> [f64; 2] {
-        let Kind::Quantity { quantity, least, most } = self.kind else {
+        let KeyKind::Quantity { quantity, least, most } = self.kind else {
             unreachable!("{} is not a quantity", self.name)
         };
         [least, most].map(|bound| {
@@ -231,8 +235,8 @@ impl Key {
     /// right.
     pub fn outside(&self, shown: &str) -> String {
         let is_not = match self.kind {
-            Kind::Quantity { least, most, .. } => format!("outside \"{least}\" to \"{most}\""),
-            Kind::Words(..) => format!("not {}", self.range()),
+            KeyKind::Quantity { least, most, .. } => format!("outside \"{least}\" to \"{most}\""),
+            KeyKind::Words(..) => format!("not {}", self.range()),
             _ => format!("outside {}", self.range()),
         };
         let or_inf = self.or_inf();
@@ -242,7 +246,7 @@ impl Key {
     /// What is said behind an example, of a number that may be "inf", too.
     pub fn or_inf(&self) -> &'static str {
         match self.kind {
-            Kind::Number { or_inf: true, .. } => ", or \"inf\"",
+            KeyKind::Number { or_inf: true, .. } => ", or \"inf\"",
             _ => "",
         }
     }

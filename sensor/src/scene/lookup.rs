@@ -4,7 +4,7 @@ use toml::Value;
 use toml::de::{DeTable, DeValue};
 
 use super::catalogue::TABLES;
-use super::keys::{Form, Key, Kind};
+use super::keys::{Form, Key, KeyKind};
 use super::setting::{self, KeyPart, Setting, with_settings};
 use super::units::{self, Quantity};
 use super::wording::{alternatives, nearest, quoted};
@@ -60,7 +60,7 @@ pub fn quantity_text(key: &str, value: f64) -> Result<Option<String>, String> {
 
 fn quantity_of(key: &Key) -> Option<Quantity> {
     match key.kind {
-        Kind::Quantity { quantity, .. } => Some(quantity),
+        KeyKind::Quantity { quantity, .. } => Some(quantity),
         _ => None,
     }
 }
@@ -124,7 +124,7 @@ fn in_si(value: &DeValue, key: &Key) -> Value {
     match (value, &key.kind) {
         (DeValue::Array(values), _) => within(values),
         (DeValue::String(text), kind) => of_text(text, key, kind),
-        (DeValue::Integer(digits), Kind::Number { .. }) => number(digits.as_str()),
+        (DeValue::Integer(digits), KeyKind::Number { .. }) => number(digits.as_str()),
         (DeValue::Integer(digits), _) => i64::from_str_radix(digits.as_str(), digits.radix())
             .map_or(number("nan"), Value::Integer),
         (DeValue::Float(digits), _) => number(digits.as_str()),
@@ -132,7 +132,7 @@ fn in_si(value: &DeValue, key: &Key) -> Value {
         (DeValue::Datetime(value), _) => Value::String(value.to_string()),
         (DeValue::Table(table), _) => {
             let fields = table.iter().map(|(name, value)| {
-                let plain = Key { kind: Kind::Words("", Form::Text), ..*key };
+                let plain = Key { kind: KeyKind::Words("", Form::Text), ..*key };
                 (name.get_ref().to_string(), in_si(value.get_ref(), &plain))
             });
             Value::Table(fields.collect())
@@ -144,13 +144,13 @@ fn number(digits: &str) -> Value {
     Value::Float(digits.parse().unwrap_or(f64::NAN))
 }
 
-fn of_text(text: &str, key: &Key, kind: &Kind) -> Value {
+fn of_text(text: &str, key: &Key, kind: &KeyKind) -> Value {
     match kind {
-        Kind::Quantity { quantity, .. } => {
+        KeyKind::Quantity { quantity, .. } => {
             let value = units::in_si(text, *quantity, key.example);
             value.map_or_else(|_| Value::String(text.to_owned()), Value::Float)
         }
-        Kind::Number { or_inf: true, .. } if text == "inf" => Value::Float(f64::INFINITY),
+        KeyKind::Number { or_inf: true, .. } if text == "inf" => Value::Float(f64::INFINITY),
         _ => Value::String(text.to_owned()),
     }
 }
@@ -159,12 +159,14 @@ fn of_text(text: &str, key: &Key, kind: &Kind) -> Value {
 fn default(key: &Key) -> Option<Value> {
     let text = key.default()?;
     let value = match key.kind {
-        Kind::Quantity { .. } | Kind::Number { or_inf: true, .. } if text.starts_with("inf") => {
+        KeyKind::Quantity { .. } | KeyKind::Number { or_inf: true, .. }
+            if text.starts_with("inf") =>
+        {
             Value::Float(f64::INFINITY)
         }
-        Kind::Number { .. } => number(text),
-        Kind::Integer { .. } => Value::Integer(text.parse().ok()?),
-        Kind::Words(_, Form::Boolean) => Value::Boolean(text.parse().ok()?),
+        KeyKind::Number { .. } => number(text),
+        KeyKind::Integer { .. } => Value::Integer(text.parse().ok()?),
+        KeyKind::Words(_, Form::Boolean) => Value::Boolean(text.parse().ok()?),
         _ => of_text(text, key, &key.kind),
     };
     match value {

@@ -59,7 +59,7 @@ pub use detector::*;
 pub use error::{SceneError, SceneErrors};
 pub use estimator::{EstimatorKind, OtherLight, TotalsMissing};
 pub use hardware::{
-    Architecture, Hardware, LEAST_CHIPS_OF_ROWS, Polarity, Readout, Registers, Share, Target,
+    Architecture, FpgaTarget, Hardware, LEAST_CHIPS_OF_ROWS, Polarity, Readout, Registers, Share,
 };
 pub use index::{DetectorIndex, PathIndex, SourceIndex};
 pub use lookup::{Entry, quantity_text};
@@ -69,7 +69,7 @@ pub use read::{load, load_with, parse, parse_with};
 pub use setting::{MOST_KEY_PARTS, Setting};
 pub use text::SceneText;
 pub use toml::Value;
-pub use waveform::{Curve, JitterTail, LaserResponse};
+pub use waveform::{JitterTail, LaserResponse, WaveformCurve};
 
 use crate::code::Code;
 use crate::light::distance_m;

@@ -5,15 +5,15 @@ use super::wording::{alternatives, nearest, quoted};
 use crate::printable::{is_unprintable, printable};
 
 /// Names to which other tables refer, in the order of the file.
-pub(super) struct Names {
+pub(super) struct TableNames {
     /// What they name, for messages.
     kind: &'static str,
     names: Vec<String>,
 }
 
-impl Names {
+impl TableNames {
     /// Reads the `name` of each table, and reports missing and repeated ones.
-    pub(super) fn read(kind: &'static str, sections: &[Section]) -> Names {
+    pub(super) fn read(kind: &'static str, sections: &[Section]) -> TableNames {
         let mut names: Vec<String> = Vec::new();
         for section in sections {
             let example = format!("my-{kind}");
@@ -40,7 +40,7 @@ impl Names {
             }
             names.push(name.to_owned());
         }
-        Names { kind, names }
+        TableNames { kind, names }
     }
 
     /// Index of the table that `key` of `section` refers to.

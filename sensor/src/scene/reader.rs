@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::error::Diagnostics;
-use super::keys::{Absent, Key, KeyTable, Kind};
+use super::keys::{Absent, Key, KeyKind, KeyTable};
 use super::units::{self, Quantity};
 use super::wording::{alternatives, nearest, quoted};
 
@@ -15,7 +15,7 @@ use super::wording::{alternatives, nearest, quoted};
 pub(super) const MAX_TABLES: usize = 256;
 
 /// A value and where it stands in the file.
-pub(super) type Value<'r, 't> = &'r Spanned<DeValue<'t>>;
+pub(super) type SceneValue<'r, 't> = &'r Spanned<DeValue<'t>>;
 
 /// One TOML table. Readers of numbers, choices and booleans return the key's default where it
 /// has one and is left out. They return `None` for a key that is left out and has none, and
@@ -45,7 +45,7 @@ impl<'r, 't> Section<'r, 't> {
     }
 
     /// The value of `key`, which is from now on a known key.
-    pub(super) fn get(&self, key: &'static str) -> Option<Value<'r, 't>> {
+    pub(super) fn get(&self, key: &'static str) -> Option<SceneValue<'r, 't>> {
         let mut known = self.known.borrow_mut();
         if !known.contains(&key) {
             known.push(key);
@@ -66,7 +66,7 @@ impl<'r, 't> Section<'r, 't> {
     }
 
     /// [`Section::get`], and a complaint where a key that must be given is left out.
-    fn given(&self, name: &'static str) -> Option<Value<'r, 't>> {
+    fn given(&self, name: &'static str) -> Option<SceneValue<'r, 't>> {
         let key = self.key(name);
         if let Absent::Needed = key.absent {
             self.require(name, &key.shown_example());
@@ -107,13 +107,13 @@ impl<'r, 't> Section<'r, 't> {
     }
 
     /// Reports something wrong with `value`, which belongs to `key`.
-    pub(super) fn report_at(&self, key: &str, value: Value, message: &str) {
+    pub(super) fn report_at(&self, key: &str, value: SceneValue, message: &str) {
         let path = self.path_of(key);
         self.diagnostics.report(value.span(), format!("{path}: {message}"));
     }
 
     /// What was read of `value`, which belongs to `key`; what is wrong with it is reported.
-    fn told<T>(&self, key: &str, value: Value, read: Result<T, String>) -> Option<T> {
+    fn told<T>(&self, key: &str, value: SceneValue, read: Result<T, String>) -> Option<T> {
         read.map_err(|message| self.report_at(key, value, &message)).ok()
     }
 
@@ -162,15 +162,15 @@ impl<'r, 't> Section<'r, 't> {
         &self,
         name: &'static str,
         example: &str,
-        read: impl Fn(Value) -> Option<T>,
+        read: impl Fn(SceneValue) -> Option<T>,
     ) -> Vec<T> {
         let array = self.array(name, example).into_iter().flat_map(|array| array.iter());
         array.filter_map(read).collect()
     }
 
     /// The quantity `value` of the key `name`, if it is what `key` says.
-    pub(super) fn quantity_of(&self, name: &str, value: Value, key: &Key) -> Option<f64> {
-        let Kind::Quantity { quantity, .. } = key.kind else {
+    pub(super) fn quantity_of(&self, name: &str, value: SceneValue, key: &Key) -> Option<f64> {
+        let KeyKind::Quantity { quantity, .. } = key.kind else {
             unreachable!("{name} is not a quantity");
         };
         let parsed = self.parse_quantity(value, quantity, key.example);
@@ -183,7 +183,7 @@ impl<'r, 't> Section<'r, 't> {
 
     fn parse_quantity(
         &self,
-        value: Value,
+        value: SceneValue,
         quantity: Quantity,
         example: &str,
     ) -> Result<f64, String> {
@@ -212,7 +212,7 @@ impl<'r, 't> Section<'r, 't> {
     }
 
     /// The number `value` of the key `name`, if it is what `key` says.
-    fn number_of(&self, name: &'static str, value: Value, key: &Key) -> Option<f64> {
+    fn number_of(&self, name: &'static str, value: SceneValue, key: &Key) -> Option<f64> {
         let number: Option<f64> = match value.get_ref() {
             DeValue::Integer(digits) => digits.to_string().parse().ok(),
             DeValue::Float(digits) => digits.as_str().parse().ok(),
@@ -242,9 +242,9 @@ impl<'r, 't> Section<'r, 't> {
     }
 
     /// Like [`Section::integer`], for a value already found.
-    pub(super) fn integer_of(&self, name: &str, value: Value) -> Option<i64> {
+    pub(super) fn integer_of(&self, name: &str, value: SceneValue) -> Option<i64> {
         let key = self.key(name);
-        let Kind::Integer { least, most } = key.kind else {
+        let KeyKind::Integer { least, most } = key.kind else {
             unreachable!("{name} is not a whole number");
         };
         let read = match value.get_ref() {
@@ -268,7 +268,7 @@ impl<'r, 't> Section<'r, 't> {
     pub(super) fn string_of(
         &self,
         key: &str,
-        value: Value<'r, 't>,
+        value: SceneValue<'r, 't>,
         example: &str,
     ) -> Option<&'r str> {
         let text = value.get_ref().as_str();
@@ -313,7 +313,7 @@ impl<'r, 't> Section<'r, 't> {
     pub(super) fn array_of(
         &self,
         key: &str,
-        value: Value<'r, 't>,
+        value: SceneValue<'r, 't>,
         example: &str,
     ) -> Option<&'r DeArray<'t>> {
         let wrong = || self.wrong_type(value, "an array", example);
@@ -352,7 +352,7 @@ impl<'r, 't> Section<'r, 't> {
     pub(super) fn section_of(
         &self,
         key: &str,
-        value: Value<'r, 't>,
+        value: SceneValue<'r, 't>,
         example: &str,
     ) -> Option<Section<'r, 't>> {
         let wrong = || self.wrong_type(value, "a table", example);
@@ -391,12 +391,12 @@ impl<'r, 't> Section<'r, 't> {
     }
 
     /// The text of a value as the file has it, shortened.
-    pub(super) fn excerpt(&self, value: Value) -> String {
+    pub(super) fn excerpt(&self, value: SceneValue) -> String {
         self.diagnostics.excerpt(value.span())
     }
 
     /// The complaint about a value of the wrong TOML type.
-    pub(super) fn wrong_type(&self, value: Value, needed: &str, example: &str) -> String {
+    pub(super) fn wrong_type(&self, value: SceneValue, needed: &str, example: &str) -> String {
         let kind = match value.get_ref() {
             DeValue::String(_) => "a string",
             DeValue::Integer(_) => "an integer",

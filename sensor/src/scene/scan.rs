@@ -3,7 +3,7 @@
 use toml::de::DeValue;
 
 use super::declare::*;
-use super::reader::Value;
+use super::reader::SceneValue;
 use super::source::PATH;
 use super::{Architecture, Registers, Scene};
 use crate::code::MAX_CODE_CHIPS;
@@ -187,7 +187,7 @@ fn check_count(section: &Section, key: &str, count: u64, period: u64) -> Option<
 }
 
 /// Delay in picoseconds that a distance or a time stands for.
-fn read_centre(section: &Section, value: Value) -> Option<f64> {
+fn read_centre(section: &Section, value: SceneValue) -> Option<f64> {
     const KEY: &str = "around";
     let is_time = value
         .get_ref()

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::budget;
 use super::declare::*;
 use super::movement;
-use super::names::Names;
+use super::names::TableNames;
 use super::waveform;
 use super::{Path, Source, SourceClock};
 use crate::code::{Code, CodeSpec, Family, MAX_DEGREE, MAX_INTERLEAVE, MIN_DEGREE};
@@ -134,8 +134,8 @@ pub(super) fn read(section: Section, clock: Option<Clock>) -> Option<Source> {
 
 pub(super) fn read_path(
     section: Section,
-    sources: &Names,
-    detectors: &Names,
+    sources: &TableNames,
+    detectors: &TableNames,
     clock: Option<Clock>,
 ) -> Option<Path> {
     let source = sources.resolve(&section, "source");

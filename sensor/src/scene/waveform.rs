@@ -40,7 +40,7 @@ pub enum LaserResponse {
         longer_ps: f64,
     },
     /// What a flash without width becomes, its mean time at 0.
-    Measured(Curve),
+    Measured(WaveformCurve),
 }
 
 impl LaserResponse {
@@ -68,24 +68,24 @@ pub enum JitterTail {
         time_constant_ps: f64,
     },
     /// A measured distribution.
-    Measured(Curve),
+    Measured(WaveformCurve),
 }
 
 /// Times and their shares, which add up to 1.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
+pub struct WaveformCurve {
     /// Time in picoseconds, ascending, and share.
     pub points: Vec<[f64; 2]>,
 }
 
-impl Curve {
+impl WaveformCurve {
     /// A curve from CSV text: rows of a time in picoseconds and an amplitude, equally
     /// spaced. Neighbours are put together, at their mean time, until at most `most`
     /// points are left.
     ///
     /// # Errors
     /// What is wrong, and where.
-    fn from_csv(text: &str, most: usize) -> Result<Curve, String> {
+    fn from_csv(text: &str, most: usize) -> Result<WaveformCurve, String> {
         let rows = rows(text)?;
         let total: f64 = rows.iter().map(|row| row[1]).sum();
         if total <= 0.0 || !total.is_finite() {
@@ -99,7 +99,7 @@ impl Curve {
             let moment: f64 = group.iter().map(|row| row[0] * row[1]).sum();
             (share > 0.0).then(|| [moment / share, share / total])
         });
-        Ok(Curve { points: points.collect() })
+        Ok(WaveformCurve { points: points.collect() })
     }
 
     /// Mean time.
@@ -108,7 +108,7 @@ impl Curve {
     }
 
     /// The same curve with its mean time at 0.
-    fn centred(mut self) -> Curve {
+    fn centred(mut self) -> WaveformCurve {
         let mean_ps = self.mean_ps();
         self.points.iter_mut().for_each(|point| point[0] -= mean_ps);
         self
@@ -281,9 +281,9 @@ pub(super) fn read_tail(section: &Section) -> (JitterTail, f64) {
     }
 }
 
-fn read_curve(section: &Section, key: &'static str, most: usize) -> Option<Curve> {
+fn read_curve(section: &Section, key: &'static str, most: usize) -> Option<WaveformCurve> {
     let text = section.string(key, "0,0.2\\n125,0.8\\n")?;
-    let curve = Curve::from_csv(text, most);
+    let curve = WaveformCurve::from_csv(text, most);
     curve.map_err(|message| section.report(key, &message)).ok()
 }
 
@@ -300,7 +300,7 @@ mod tests {
             format!("{time},{amplitude}\n")
         };
         let text: String = (0..1400).map(row).collect();
-        let curve = Curve::from_csv(&text, 16).expect("a curve");
+        let curve = WaveformCurve::from_csv(&text, 16).expect("a curve");
         assert!(curve.points.len() <= 16 && curve.points.len() > 8);
         let total: f64 = curve.points.iter().map(|point| point[1]).sum();
         assert!((total - 1.0).abs() < 1e-12);
@@ -323,7 +323,7 @@ mod tests {
             ("0,1\n0,2\n", "equal steps"),
             ("0,0\n1,0\n", "add up to nothing"),
         ] {
-            let error = Curve::from_csv(text, 16).expect_err(text);
+            let error = WaveformCurve::from_csv(text, 16).expect_err(text);
             assert!(error.contains(complaint), "{text:?}: {error}");
         }
     }

@@ -1,7 +1,7 @@
 //! A scene's tables, put together and checked against each other.
 
 use super::declare::*;
-use super::names::Names;
+use super::names::TableNames;
 use super::reader::MAX_TABLES;
 use super::{Architecture, Detector, Path, Scene, SceneReference, Source};
 use super::{array, detector, estimator, hardware, movement, scan, source};
@@ -18,8 +18,8 @@ pub(super) fn read_scene(root: &Section, reference: SceneReference) -> Option<Sc
     let source_sections = root.sections("source", MAX_TABLES);
     let detector_sections = root.sections("detector", MAX_TABLES);
     let path_sections = root.sections("path", MAX_TABLES);
-    let source_names = Names::read("source", &source_sections);
-    let detector_names = Names::read("detector", &detector_sections);
+    let source_names = TableNames::read("source", &source_sections);
+    let detector_names = TableNames::read("detector", &detector_sections);
     check_not_empty(root, "source", &source_sections);
     check_not_empty(root, "detector", &detector_sections);
     let sources = read_sources(source_sections, clock);

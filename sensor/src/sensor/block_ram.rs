@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::slice;
 
 use super::histogram::HistogramPlan;
-use crate::scene::Target;
+use crate::scene::FpgaTarget;
 
 /// Block RAM of a device: so many blocks, each of which can be one of these memories.
 #[derive(Debug, Clone, Copy)]
@@ -34,21 +34,21 @@ enum Joining {
 
 /// The device's block RAM: Lattice FPGA-DS-02012 (ECP5, 56 blocks of 18 kbit), DS1040
 /// (iCE40 HX8K, 32 of 4 kbit), AMD DS180 and UG473 (XC7A35T, 100 halves of 18 kbit).
-pub const fn block_ram(target: Target) -> BlockRam {
+pub const fn block_ram(target: FpgaTarget) -> BlockRam {
     match target {
-        Target::Ecp525k6 => BlockRam {
+        FpgaTarget::Ecp525k6 => BlockRam {
             name: "DP16KD",
             blocks: 56,
             shapes: &[(16_384, 1), (8192, 2), (4096, 4), (2048, 9), (1024, 18)],
             joining: Joining::SideBySide,
         },
-        Target::Ice40Hx8k => BlockRam {
+        FpgaTarget::Ice40Hx8k => BlockRam {
             name: "SB_RAM40_4K",
             blocks: 32,
             shapes: &[(2048, 2), (1024, 4), (512, 8), (256, 16)],
             joining: Joining::Packed,
         },
-        Target::Xc7 => BlockRam {
+        FpgaTarget::Xc7 => BlockRam {
             name: "RAMB18E1",
             blocks: 100,
             shapes: &[(16_384, 1), (8192, 2), (4096, 4), (2048, 9), (1024, 18), (512, 36)],
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn blocks_are_those_that_the_data_sheets_allow() {
-        let ecp5 = block_ram(Target::Ecp525k6);
+        let ecp5 = block_ram(FpgaTarget::Ecp525k6);
         // 2,047 words: one block up to 9 bits, two up to 18.
         let blocks = [1, 4, 9, 10, 18, 19].map(|bits| ecp5.blocks_of(2047, bits));
         assert_eq!(blocks, [1, 1, 1, 2, 2, 3]);
@@ -128,7 +128,7 @@ mod tests {
         assert_eq!([4, 5, 18].map(|bits| ecp5.blocks_of(4095, bits)), [1, 2, 5]);
         assert_eq!([18, 19].map(|bits| ecp5.blocks_of(31, bits)), [1, 2]);
         assert_eq!(ecp5.blocks_of(32_767, 1), 2);
-        let ice40 = block_ram(Target::Ice40Hx8k);
+        let ice40 = block_ram(FpgaTarget::Ice40Hx8k);
         assert_eq!([1, 2, 3, 16].map(|bits| ice40.blocks_of(2047, bits)), [1, 1, 2, 8]);
         assert_eq!(ice40.blocks_of(31, 16), 1);
         // 8,191 words of three bits: four of them to a row of 2,048 words of twelve bits.

@@ -8,13 +8,13 @@ use std::sync::Arc;
 use super::cells::Cells;
 use super::histogram::{CLOCKS_TO_BIN, HistogramPlan};
 use super::peak::{self, PeakPlan};
-use super::registers::{Hardware, RegisterPlan, Settings};
+use super::registers::{RegisterPlan, RegisteredHardware, Settings};
 use super::rows::{RowPlan, signed_bits};
 use super::track::{CLOCKS_FROM_PEAK, TrackPlan};
 use crate::code::Code;
 use crate::scan::{Grouping, PERIODS_OF_PREPARATION, Timing};
 use crate::scene::{
-    Architecture, CellOutputs, Polarity, Readout, Registers, Scene, Source, Target,
+    Architecture, CellOutputs, FpgaTarget, Polarity, Readout, Registers, Scene, Source,
 };
 
 /// The hardware that a scene needs, as seen from outside.
@@ -182,10 +182,10 @@ const LONGEST_SEGMENT: u32 = 12;
 
 /// Longest carry chain in one piece that keeps a target's clock: 300 MHz in ECP5, 180 MHz
 /// in iCE40.
-pub fn longest_carry_chain(target: Target) -> u32 {
+pub fn longest_carry_chain(target: FpgaTarget) -> u32 {
     match target {
-        Target::Ecp525k6 | Target::Xc7 => 22,
-        Target::Ice40Hx8k => 20,
+        FpgaTarget::Ecp525k6 | FpgaTarget::Xc7 => 22,
+        FpgaTarget::Ice40Hx8k => 20,
     }
 }
 
@@ -218,7 +218,7 @@ impl Correlator {
             correlator.rows = Some(RowPlan::of(scene.detectors.len() as u64, chips, pairs));
         }
         if scene.hardware.peak_detector {
-            let counts = peak::Counts {
+            let counts = peak::PeakCounts {
                 bits: count_bits,
                 saturate: correlator.saturates(),
                 clocks_of_counting: correlator.clocks_of_counting(),
@@ -322,7 +322,7 @@ impl Interface {
         };
         if scene.hardware.registers == Registers::Axi4Lite {
             let counting = interface.correlator().map_or(0, Correlator::clocks_of_counting);
-            interface.registers = Some(Arc::new(RegisterPlan::of(&Hardware {
+            interface.registers = Some(Arc::new(RegisterPlan::of(&RegisteredHardware {
                 timing: &interface.timing,
                 source_codes: &interface.source_codes,
                 detectors: interface.reference_codes.len(),

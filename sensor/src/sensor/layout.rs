@@ -6,7 +6,7 @@
 //! a word takes whole words.
 
 use super::interface::Interface;
-use super::port::{Direction, Port, Role};
+use super::port::{Direction, Port, PortRole};
 
 /// Place of one port in a record.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -98,7 +98,7 @@ impl Record {
     ///
     /// # Panics
     /// When there is no such port: a mistake of the caller, not of the user.
-    pub fn field(&self, role: Role) -> &Field {
+    pub fn field(&self, role: PortRole) -> &Field {
         let mut fields = self.fields.iter();
         let field = fields.find(|field| field.port.role == role);
         field.unwrap_or_else(|| panic!("the interface has no port {}", role.name()))
@@ -108,13 +108,13 @@ impl Record {
     ///
     /// # Panics
     /// As [`Record::field`].
-    pub fn place(&self, role: Role) -> (usize, u32) {
+    pub fn place(&self, role: PortRole) -> (usize, u32) {
         let field = self.field(role);
         (field.word, field.shift)
     }
 
     /// Bits of the ports before this one, where all ports' bits follow one another.
-    pub fn bits_before(&self, role: Role) -> usize {
+    pub fn bits_before(&self, role: PortRole) -> usize {
         let before = self.fields.iter().take_while(|field| field.port.role != role);
         before.map(|field| field.port.width as usize).sum()
     }
@@ -131,18 +131,16 @@ pub struct Layout {
 
 impl Layout {
     /// Name of the clock port, which every clock toggles once.
-    pub const CLOCK: &'static str = Role::Clock.name();
+    pub const CLOCK: &'static str = PortRole::Clock.name();
 
     /// Lays out an interface's ports.
     pub fn of(interface: &Interface) -> Layout {
-        let of = |direction| {
-            Record::pack(
-                interface
-                    .ports()
-                    .into_iter()
-                    .filter(move |port| port.direction == direction && port.role != Role::Clock),
-            )
-        };
+        let of =
+            |direction| {
+                Record::pack(interface.ports().into_iter().filter(move |port| {
+                    port.direction == direction && port.role != PortRole::Clock
+                }))
+            };
         Layout { inputs: of(Direction::Input), outputs: of(Direction::Output) }
     }
 }
@@ -157,7 +155,7 @@ mod tests {
     use super::*;
 
     fn port(width: u32) -> Port {
-        Role::Samples.port(width)
+        PortRole::Samples.port(width)
     }
 
     #[test]

@@ -41,7 +41,7 @@ pub struct PeakPlan {
 }
 
 /// The counts that a peak detector compares.
-pub(super) struct Counts {
+pub(super) struct PeakCounts {
     /// Bits of a count.
     pub bits: u32,
     /// Whether they may have been saturated.
@@ -54,7 +54,7 @@ pub(super) struct Counts {
 
 impl PeakPlan {
     /// The peak detector over such counts.
-    pub(super) fn of(timing: &Timing, counts: &Counts) -> PeakPlan {
+    pub(super) fn of(timing: &Timing, counts: &PeakCounts) -> PeakPlan {
         let (scan, parallel) = (&timing.scan, timing.parallel);
         let wraps = scan.first_step + scan.steps > scan.steps_per_period;
         let largest =

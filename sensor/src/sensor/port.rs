@@ -11,7 +11,7 @@ use super::registers::ADDRESS_BITS;
 pub struct Port {
     /// What it is for.
     #[serde(skip)]
-    pub role: Role,
+    pub role: PortRole,
     /// Name in the Verilog.
     pub name: String,
     /// `input` or `output`.
@@ -33,7 +33,7 @@ pub enum Direction {
 
 /// What a port is for. Of each role a sensor has one port or none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Role {
+pub enum PortRole {
     /// The chip clock.
     Clock,
     /// Synchronous reset.
@@ -122,7 +122,7 @@ pub enum Use {
 
 /// A row of the table.
 struct Declaration {
-    role: Role,
+    role: PortRole,
     name: &'static str,
     usage: Use,
     /// Bits; none where a sensor has no such port.
@@ -130,7 +130,7 @@ struct Declaration {
 }
 
 const fn row(
-    role: Role,
+    role: PortRole,
     name: &'static str,
     usage: Use,
     width: fn(&Interface) -> Option<u32>,
@@ -140,41 +140,41 @@ const fn row(
 
 /// All ports, in the order of the Verilog, which is that of the roles.
 const PORTS: [Declaration; 31] = [
-    row(Role::Clock, "i_clk", Use::Clock, |_| Some(1)),
-    row(Role::Reset, "i_rst", Use::Level { rest: false }, |_| Some(1)),
-    row(Role::Laser, "o_laser", Use::Code, |of| Some(of.source_codes.len() as u32)),
-    row(Role::Epoch, "o_epoch", Use::Code, |_| Some(1)),
-    row(Role::Samples, "i_samples", Use::Samples, |of| Some(of.lanes() * of.inputs() as u32)),
-    row(Role::Data, "m_axis_tdata", Use::Payload, |of| Some(of.tdata_bits)),
-    row(Role::Valid, "m_axis_tvalid", Use::Result, |_| Some(1)),
-    row(Role::Ready, "m_axis_tready", Use::Level { rest: true }, |_| Some(1)),
-    row(Role::Last, "m_axis_tlast", Use::Payload, |_| Some(1)),
-    row(Role::Overrun, "o_overrun", Use::Result, |_| Some(1)),
-    row(Role::Saturated, "o_saturated", Use::Result, |of| of.saturates().then_some(1)),
-    row(Role::PeakStep, "o_peak_step", Use::Result, |of| {
+    row(PortRole::Clock, "i_clk", Use::Clock, |_| Some(1)),
+    row(PortRole::Reset, "i_rst", Use::Level { rest: false }, |_| Some(1)),
+    row(PortRole::Laser, "o_laser", Use::Code, |of| Some(of.source_codes.len() as u32)),
+    row(PortRole::Epoch, "o_epoch", Use::Code, |_| Some(1)),
+    row(PortRole::Samples, "i_samples", Use::Samples, |of| Some(of.lanes() * of.inputs() as u32)),
+    row(PortRole::Data, "m_axis_tdata", Use::Payload, |of| Some(of.tdata_bits)),
+    row(PortRole::Valid, "m_axis_tvalid", Use::Result, |_| Some(1)),
+    row(PortRole::Ready, "m_axis_tready", Use::Level { rest: true }, |_| Some(1)),
+    row(PortRole::Last, "m_axis_tlast", Use::Payload, |_| Some(1)),
+    row(PortRole::Overrun, "o_overrun", Use::Result, |_| Some(1)),
+    row(PortRole::Saturated, "o_saturated", Use::Result, |of| of.saturates().then_some(1)),
+    row(PortRole::PeakStep, "o_peak_step", Use::Result, |of| {
         of.peak().map(|peak| detectors(of) * peak.step_bits)
     }),
-    row(Role::PeakCount, "o_peak_count", Use::Result, |of| {
+    row(PortRole::PeakCount, "o_peak_count", Use::Result, |of| {
         of.peak().map(|peak| detectors(of) * peak.count_bits)
     }),
-    row(Role::PeakValid, "o_peak_valid", Use::Result, |of| of.peak().map(|_| 1)),
-    row(Role::WriteAddress, "s_axil_awaddr", Use::Host, |of| of_registers(of, ADDRESS_BITS)),
-    row(Role::WriteAddressValid, "s_axil_awvalid", Use::Host, |of| of_registers(of, 1)),
-    row(Role::WriteAddressReady, "s_axil_awready", Use::Result, |of| of_registers(of, 1)),
-    row(Role::WriteData, "s_axil_wdata", Use::Host, |of| of_registers(of, 32)),
-    row(Role::WriteStrobe, "s_axil_wstrb", Use::Host, |of| of_registers(of, 4)),
-    row(Role::WriteValid, "s_axil_wvalid", Use::Host, |of| of_registers(of, 1)),
-    row(Role::WriteReady, "s_axil_wready", Use::Result, |of| of_registers(of, 1)),
-    row(Role::WriteResponse, "s_axil_bresp", Use::Result, |of| of_registers(of, 2)),
-    row(Role::WriteResponseValid, "s_axil_bvalid", Use::Result, |of| of_registers(of, 1)),
-    row(Role::WriteResponseReady, "s_axil_bready", Use::Host, |of| of_registers(of, 1)),
-    row(Role::ReadAddress, "s_axil_araddr", Use::Host, |of| of_registers(of, ADDRESS_BITS)),
-    row(Role::ReadAddressValid, "s_axil_arvalid", Use::Host, |of| of_registers(of, 1)),
-    row(Role::ReadAddressReady, "s_axil_arready", Use::Result, |of| of_registers(of, 1)),
-    row(Role::ReadData, "s_axil_rdata", Use::Result, |of| of_registers(of, 32)),
-    row(Role::ReadResponse, "s_axil_rresp", Use::Result, |of| of_registers(of, 2)),
-    row(Role::ReadValid, "s_axil_rvalid", Use::Result, |of| of_registers(of, 1)),
-    row(Role::ReadReady, "s_axil_rready", Use::Host, |of| of_registers(of, 1)),
+    row(PortRole::PeakValid, "o_peak_valid", Use::Result, |of| of.peak().map(|_| 1)),
+    row(PortRole::WriteAddress, "s_axil_awaddr", Use::Host, |of| of_registers(of, ADDRESS_BITS)),
+    row(PortRole::WriteAddressValid, "s_axil_awvalid", Use::Host, |of| of_registers(of, 1)),
+    row(PortRole::WriteAddressReady, "s_axil_awready", Use::Result, |of| of_registers(of, 1)),
+    row(PortRole::WriteData, "s_axil_wdata", Use::Host, |of| of_registers(of, 32)),
+    row(PortRole::WriteStrobe, "s_axil_wstrb", Use::Host, |of| of_registers(of, 4)),
+    row(PortRole::WriteValid, "s_axil_wvalid", Use::Host, |of| of_registers(of, 1)),
+    row(PortRole::WriteReady, "s_axil_wready", Use::Result, |of| of_registers(of, 1)),
+    row(PortRole::WriteResponse, "s_axil_bresp", Use::Result, |of| of_registers(of, 2)),
+    row(PortRole::WriteResponseValid, "s_axil_bvalid", Use::Result, |of| of_registers(of, 1)),
+    row(PortRole::WriteResponseReady, "s_axil_bready", Use::Host, |of| of_registers(of, 1)),
+    row(PortRole::ReadAddress, "s_axil_araddr", Use::Host, |of| of_registers(of, ADDRESS_BITS)),
+    row(PortRole::ReadAddressValid, "s_axil_arvalid", Use::Host, |of| of_registers(of, 1)),
+    row(PortRole::ReadAddressReady, "s_axil_arready", Use::Result, |of| of_registers(of, 1)),
+    row(PortRole::ReadData, "s_axil_rdata", Use::Result, |of| of_registers(of, 32)),
+    row(PortRole::ReadResponse, "s_axil_rresp", Use::Result, |of| of_registers(of, 2)),
+    row(PortRole::ReadValid, "s_axil_rvalid", Use::Result, |of| of_registers(of, 1)),
+    row(PortRole::ReadReady, "s_axil_rready", Use::Host, |of| of_registers(of, 1)),
 ];
 
 /// Bits of a port of the registers.
@@ -186,9 +186,9 @@ fn detectors(interface: &Interface) -> u32 {
     interface.reference_codes.len() as u32
 }
 
-impl Role {
+impl PortRole {
     /// That of a port of this name, whether or not a sensor at hand has it.
-    pub fn of(name: &str) -> Option<Role> {
+    pub fn of(name: &str) -> Option<PortRole> {
         PORTS.iter().find(|row| row.name == name).map(|row| row.role)
     }
 
@@ -236,8 +236,8 @@ mod tests {
     fn each_role_has_its_row() {
         for (number, row) in PORTS.iter().enumerate() {
             assert_eq!(row.role as usize, number, "{}", row.name);
-            assert_eq!(Role::of(row.name), Some(row.role));
+            assert_eq!(PortRole::of(row.name), Some(row.role));
         }
-        assert_eq!(Role::of("i_other"), None);
+        assert_eq!(PortRole::of("i_other"), None);
     }
 }

@@ -52,7 +52,7 @@ pub(super) fn section(page: &Page) -> Markup {
 }
 
 /// Figures that are there for those who ask for them.
-fn folded<'f>(summary: &str, figures: impl Iterator<Item = &'f Figure>) -> Markup {
+fn folded<'f>(summary: &str, figures: impl Iterator<Item = &'f SvgFigure>) -> Markup {
     html! {
         details {
             summary { (summary) ", detector by detector" }
@@ -74,9 +74,9 @@ fn points(counts: &DetectorCounts) -> Vec<(f64, f64)> {
 struct OfDetector {
     name: String,
     /// All counts.
-    whole: Figure,
+    whole: SvgFigure,
     /// Those round the largest over what is expected, what is left, and bins of a histogram.
-    near: Vec<Figure>,
+    near: Vec<SvgFigure>,
     /// Why nothing is expected.
     unknown: Option<String>,
 }
@@ -90,14 +90,11 @@ impl OfDetector {
         let (from, to) = (near.first()?.0, near.last()?.0);
         let name = page.sensor.scene().detectors[counts.detector].name.clone();
         let id = |part: &str| format!("counts-{}-{part}", counts.detector);
-        let panel = |mark, points: Vec<(f64, f64)>| {
-            Panel::new(Axis::linear("", "distance (m)"), Axis::linear("", "count")).with(
-                "",
-                Role::Counts,
-                mark,
-                points,
-            )
-        };
+        let panel =
+            |mark, points: Vec<(f64, f64)>| {
+                Panel::new(ChartAxis::linear("", "distance (m)"), ChartAxis::linear("", "count"))
+                    .with("", DrawingRole::Counts, mark, points)
+            };
         let whole = panel(Mark::Line, decimate(&points)).figure(
             id("all"),
             format!("Counts of {name}, all phase steps"),
@@ -146,7 +143,7 @@ impl OfDetector {
 }
 
 /// What is left of all counts, or of as many as there is room for.
-fn residuals(comparison: &Residuals, name: &str, id: String) -> Figure {
+fn residuals(comparison: &Residuals, name: &str, id: String) -> SvgFigure {
     let (chi_square, number) = comparison.chi_square();
     let (from, to) = comparison.near(RESIDUALS_SHOWN);
     comparison.residuals(from, to).figure(
@@ -197,16 +194,16 @@ fn marks(
     page: &Page,
     detector: DetectorIndex,
     near: &[(f64, f64)],
-) -> Vec<(f64, &'static str, Role)> {
+) -> Vec<(f64, &'static str, DrawingRole)> {
     let estimates = [&page.estimates[detector], &page.other_estimates[detector]];
     let by = |kind: EstimatorKind| {
         let estimate = estimates.into_iter().find(|estimate| estimate.estimator == kind);
         estimate.and_then(|estimate| estimate.distance_m)
     };
     let marks = [
-        (estimates[0].true_distance_m, "true distance", Role::Truth),
-        (by(EstimatorKind::Fft), "phase", Role::Phase),
-        (by(EstimatorKind::Model), "model fit", Role::Fit),
+        (estimates[0].true_distance_m, "true distance", DrawingRole::Truth),
+        (by(EstimatorKind::Fft), "phase", DrawingRole::Phase),
+        (by(EstimatorKind::Model), "model fit", DrawingRole::Fit),
     ];
     let holds = |at: f64| {
         near.first().is_some_and(|first| first.0 <= at)

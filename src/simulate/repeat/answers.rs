@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::estimate::chance::NO_PEAK;
-use crate::estimate::estimator::{Counted, Estimator, Found};
+use crate::estimate::estimator::{Estimated, Estimator, EstimatorInput};
 use crate::estimate::fit::{ALARM_SIGMAS, ModelEstimate};
 use crate::estimate::{
     CountingTier, Estimate, TrueDelay, delay_error_ps, distance_m, tolerance_ps, true_delay,
@@ -31,7 +31,7 @@ pub struct Ranging<'a> {
 
 /// What one scan says.
 #[derive(Debug, Default)]
-pub struct Answer {
+pub struct ScanAnswer {
     /// Places in [`Ranging::paths`], and the error of the distance.
     pub found: Vec<(usize, f64)>,
     /// Every distance that the scan shows of the detector's own source, the strongest first.
@@ -69,24 +69,24 @@ impl<'a> Ranging<'a> {
     }
 
     /// The answers of whole scans, whose counts follow one another.
-    pub fn answers(&self, counts: &[StepCount]) -> Vec<Answer> {
+    pub fn answers(&self, counts: &[StepCount]) -> Vec<ScanAnswer> {
         counts
             .par_chunks_exact(self.sensor.timing().scan.steps as usize)
-            .map(|counts| self.judged(Counted::Steps(counts)))
+            .map(|counts| self.judged(EstimatorInput::Steps(counts)))
             .collect()
     }
 
     /// The answers of histograms.
-    pub fn answers_of_histograms(&self, histograms: &[Histogram]) -> Vec<Answer> {
-        let answer = |histogram| self.judged(Counted::Bins(histogram));
+    pub fn answers_of_histograms(&self, histograms: &[Histogram]) -> Vec<ScanAnswer> {
+        let answer = |histogram| self.judged(EstimatorInput::Bins(histogram));
         histograms.par_iter().map(answer).collect()
     }
 
     /// What a scan or a histogram says, and whether that may be chance.
-    fn judged(&self, counted: Counted) -> Answer {
+    fn judged(&self, counted: EstimatorInput) -> ScanAnswer {
         let is_refused = self.estimator.check_modulated().is_ok()
             && self.estimator.chance(counted).is_some_and(|chance| chance >= NO_PEAK);
-        Answer { is_refused, ..self.answer(counted) }
+        ScanAnswer { is_refused, ..self.answer(counted) }
     }
 
     /// Largest error of an estimate that has found its peak.
@@ -96,19 +96,20 @@ impl<'a> Ranging<'a> {
     }
 
     /// What a scan or a histogram says.
-    pub fn answer(&self, counted: Counted) -> Answer {
+    pub fn answer(&self, counted: EstimatorInput) -> ScanAnswer {
         match self.estimator.answer(counted) {
-            Ok(Found::Phase(estimate)) => self.of_phase(&estimate),
-            Ok(Found::Fit(fitted)) => self.of_fit(&fitted),
-            Err(reason) => {
-                Answer { remark: Some(format!("no estimate: {reason}")), ..Answer::default() }
-            }
+            Ok(Estimated::Phase(estimate)) => self.of_phase(&estimate),
+            Ok(Estimated::Fit(fitted)) => self.of_fit(&fitted),
+            Err(reason) => ScanAnswer {
+                remark: Some(format!("no estimate: {reason}")),
+                ..ScanAnswer::default()
+            },
         }
     }
 
-    fn of_fit(&self, fitted: &ModelEstimate) -> Answer {
+    fn of_fit(&self, fitted: &ModelEstimate) -> ScanAnswer {
         let found = self.matched(fitted).into_iter();
-        Answer {
+        ScanAnswer {
             found: found.map(|(_, place, error_m)| (place, error_m)).collect(),
             distances_m: self.own_distances_m(fitted),
             is_untold: fitted.untold.is_some(),
@@ -125,8 +126,8 @@ impl<'a> Ranging<'a> {
         paths.map(|path| distance_m(path.delay_ps)).collect()
     }
 
-    fn of_phase(&self, estimate: &Estimate) -> Answer {
-        Answer {
+    fn of_phase(&self, estimate: &Estimate) -> ScanAnswer {
+        ScanAnswer {
             found: self.nearest(estimate.delay_ps, |_| true).into_iter().collect(),
             distances_m: vec![estimate.distance_m],
             is_untold: false,

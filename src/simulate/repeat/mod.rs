@@ -12,11 +12,11 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::path_statistics::PathStatistics;
-use super::scans::{Prepared, ScansError};
+use super::scans::{PreparedTier, ScansError};
 use super::{SimulateOptions, Tier, domain, expected};
 use crate::cosim::StimulusKind;
 use crate::cosim::exercised::{Exercised, missing};
-use crate::estimate::estimator::Counted;
+use crate::estimate::estimator::EstimatorInput;
 use crate::estimate::evidence::Comparisons;
 use crate::estimate::{CountingTier, TheoryEffort, Work, theory};
 use crate::histogram::Histogram;
@@ -27,7 +27,7 @@ use crate::sensor::Sensor;
 
 pub(crate) use answers::Ranging;
 use statistics::statistics;
-pub use tally::Tally;
+pub use tally::ScanTally;
 
 /// Counts that wait for their estimates, about.
 const COUNTS_AT_ONCE: usize = 1 << 21;
@@ -68,7 +68,7 @@ impl Simulation {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Gathered {
     /// For each detector what its scans say of its paths.
-    pub tallies: Vec<Tally>,
+    pub tallies: Vec<ScanTally>,
     /// What the Verilog was made to show, where it is simulated.
     pub exercised: Option<Exercised>,
     /// Wall time.
@@ -137,7 +137,7 @@ impl<'a> Simulated<'a> {
     /// When the tier cannot do the scene.
     pub fn simulate(
         &self,
-        prepared: &Prepared,
+        prepared: &PreparedTier,
         on_progress: &mut dyn FnMut(Progress),
     ) -> Result<Simulation, ScansError> {
         self.conclude(self.gather(prepared, 0..self.options.repetitions, on_progress)?)
@@ -145,7 +145,7 @@ impl<'a> Simulated<'a> {
 
     /// What is gathered of no scans.
     pub fn nothing(&self) -> Gathered {
-        let of_detector = |ranging: &Ranging| Tally::of_paths(ranging.paths.len());
+        let of_detector = |ranging: &Ranging| ScanTally::of_paths(ranging.paths.len());
         Gathered {
             tallies: self.rangings.iter().map(of_detector).collect(),
             exercised: None,
@@ -160,7 +160,7 @@ impl<'a> Simulated<'a> {
     /// When the tier cannot do the scene.
     pub fn gather(
         &self,
-        prepared: &Prepared,
+        prepared: &PreparedTier,
         scans: Range<u64>,
         on_progress: &mut dyn FnMut(Progress),
     ) -> Result<Gathered, ScansError> {
@@ -227,7 +227,7 @@ impl<'a> Simulated<'a> {
     }
 
     /// The statistics of all scans of a detector.
-    fn statistics(&self, ranging: &Ranging, tally: &Tally) -> Result<OfDetector, ScansError> {
+    fn statistics(&self, ranging: &Ranging, tally: &ScanTally) -> Result<OfDetector, ScansError> {
         let (sensor, detector) = (self.sensor, ranging.detector);
         let architecture = sensor.scene().hardware.architecture;
         let integrations = match architecture {
@@ -262,11 +262,11 @@ struct OfDetector {
 /// What some scans of a detector say, and what the Verilog was made to show.
 fn of_scans(
     ranging: &Ranging,
-    prepared: &Prepared,
+    prepared: &PreparedTier,
     seed: u64,
     scans: Range<u64>,
     on_scan: &mut dyn FnMut(),
-) -> Result<(Tally, Option<Exercised>), ScansError> {
+) -> Result<(ScanTally, Option<Exercised>), ScansError> {
     let mut batches = Batches::new(ranging);
     let (sensor, detector) = (ranging.sensor, ranging.detector);
     let exercised = prepared.scans(sensor, detector, seed, scans, &mut |counted| {
@@ -279,7 +279,7 @@ fn of_scans(
 /// Scans that wait until there are enough of them to be estimated from on all cores.
 struct Batches<'r, 's> {
     ranging: &'r Ranging<'s>,
-    tally: Tally,
+    tally: ScanTally,
     steps: Vec<StepCount>,
     histograms: Vec<Histogram>,
     /// Counts, or bins, of the scans that wait.
@@ -290,21 +290,21 @@ impl<'r, 's> Batches<'r, 's> {
     fn new(ranging: &'r Ranging<'s>) -> Self {
         Batches {
             ranging,
-            tally: Tally::of_paths(ranging.paths.len()),
+            tally: ScanTally::of_paths(ranging.paths.len()),
             steps: Vec::new(),
             histograms: Vec::new(),
             counts: 0,
         }
     }
 
-    fn add(&mut self, scan: Counted) {
+    fn add(&mut self, scan: EstimatorInput) {
         let counts = match scan {
-            Counted::Steps(counts) => {
+            EstimatorInput::Steps(counts) => {
                 self.tally.detections += counts.iter().map(|count| count.total).sum::<u64>();
                 self.steps.extend_from_slice(counts);
                 counts.len()
             }
-            Counted::Bins(histogram) => {
+            EstimatorInput::Bins(histogram) => {
                 let bins = histogram.bins().len();
                 self.tally.detections += histogram.total();
                 self.histograms.push(histogram.clone());
@@ -327,7 +327,7 @@ impl<'r, 's> Batches<'r, 's> {
     }
 
     /// What all scans say.
-    fn tally(mut self) -> Tally {
+    fn tally(mut self) -> ScanTally {
         self.estimate();
         self.tally
     }

@@ -1,10 +1,10 @@
 //! Mean and scatter of a sample.
 
-use crate::math::Sample;
+use crate::math::SampleStatistics;
 
 /// Mean and scatter; what the sample is too small for is not there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Moments {
+pub struct ScanMoments {
     pub mean: Option<f64>,
     pub std: Option<f64>,
     /// Standard error of the mean.
@@ -14,14 +14,14 @@ pub struct Moments {
     pub std_std_error: Option<f64>,
 }
 
-impl Moments {
+impl ScanMoments {
     /// Moments of nothing.
-    pub const NONE: Moments =
-        Moments { mean: None, std: None, std_error: None, std_std_error: None };
+    pub const NONE: ScanMoments =
+        ScanMoments { mean: None, std: None, std_error: None, std_std_error: None };
 
-    pub fn of(values: &[f64]) -> Moments {
-        let sample = Sample::of(values.iter().copied());
-        let Sample { number: n, variance, .. } = sample;
+    pub fn of(values: &[f64]) -> ScanMoments {
+        let sample = SampleStatistics::of(values.iter().copied());
+        let SampleStatistics { number: n, variance, .. } = sample;
         let spread = (values.len() > 1).then(|| {
             // Variance of the variance is (m4 - m2^2) / n, 2 m2^2 / (n - 1) if normal.
             let normal = variance / (2.0 * (n - 1.0)).sqrt();
@@ -29,7 +29,7 @@ impl Moments {
             let std = variance.sqrt();
             (std, normal.max(by_fourth) / std.max(f64::MIN_POSITIVE))
         });
-        Moments {
+        ScanMoments {
             mean: (!values.is_empty()).then_some(sample.mean),
             std: spread.map(|(std, _)| std),
             std_error: spread.map(|(std, _)| std / n.sqrt()),
@@ -44,11 +44,11 @@ mod tests {
 
     #[test]
     fn what_a_sample_is_too_small_for_is_not_there() {
-        assert_eq!(Moments::of(&[]), Moments::NONE);
-        let one = Moments::of(&[2.0]);
+        assert_eq!(ScanMoments::of(&[]), ScanMoments::NONE);
+        let one = ScanMoments::of(&[2.0]);
         assert_eq!((one.mean, one.std), (Some(2.0), None));
         // 1, 3: mean 2, squared deviations 1 + 1 over n - 1 = 1.
-        let two = Moments::of(&[1.0, 3.0]);
+        let two = ScanMoments::of(&[1.0, 3.0]);
         assert_eq!((two.mean, two.std), (Some(2.0), Some(2.0f64.sqrt())));
         assert_eq!(two.std_error, Some(1.0));
     }
@@ -57,8 +57,8 @@ mod tests {
     fn outliers_make_the_standard_deviation_less_sure() {
         // 1 of 100 at 10, the others at -1 and 1: m2 about 2, m4 about 101.
         let mut values: Vec<f64> = (0..99).map(|i| f64::from(i % 2 * 2 - 1)).collect();
-        let error = |values: &[f64]| Moments::of(values).std_std_error.unwrap();
-        let normal = Moments::of(&values).std.unwrap() / (2.0 * 98.0_f64).sqrt();
+        let error = |values: &[f64]| ScanMoments::of(values).std_std_error.unwrap();
+        let normal = ScanMoments::of(&values).std.unwrap() / (2.0 * 98.0_f64).sqrt();
         assert!((error(&values) - normal).abs() < 1e-12);
         values.push(10.0);
         let (m2, m4) = (1.99_f64 - 0.01, 101.0 - 4.0 * 0.1 * 10.0);

@@ -1,8 +1,8 @@
 //! The statistics of many scans beside what theory expects.
 
 use super::answers::Ranging;
-use super::moments::Moments;
-use super::tally::Tally;
+use super::moments::ScanMoments;
+use super::tally::ScanTally;
 use crate::estimate::bound::bound_and_remark;
 use crate::estimate::coverage;
 use crate::estimate::evidence::{Comparisons, Evidence, Expectation, ExpectedErrors};
@@ -19,7 +19,7 @@ type ExpectedOfPath = Result<ExpectedErrors, String>;
 /// One entry per path of a detector.
 pub fn statistics(
     ranging: &Ranging,
-    tally: &Tally,
+    tally: &ScanTally,
     theory: &Theory,
     detected_rate_cps: f64,
     family: Comparisons,
@@ -33,8 +33,8 @@ pub fn statistics(
         let true_distance_m = fold_distance(distance_m(truth.delay_ps), range_m);
         let errors_m = &tally.errors_m[place];
         let (moments, spread) = match unwrap(errors_m, range_m) {
-            Ok(unwrapped) => (Moments::of(&unwrapped), None),
-            Err(spread) => (Moments::NONE, Some(spread.to_string())),
+            Ok(unwrapped) => (ScanMoments::of(&unwrapped), None),
+            Err(spread) => (ScanMoments::NONE, Some(spread.to_string())),
         };
         let bias_m = moments.mean.map(|mean| fold(mean, range_m));
         let missed_scans = tally.scans - tally.found[place];

@@ -2,13 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::answers::Answer;
+use super::answers::ScanAnswer;
 
 /// What the scans of one detector say, in the order of their numbers. Tallies of scans that
 /// follow one another, one [appended](Tally::append) to the other, are that of all of them,
 /// bit for bit: sums of errors are not kept, because they depend on where they are cut.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-pub struct Tally {
+#[schemars(rename = "Tally")]
+pub struct ScanTally {
     /// For each path the errors of its estimates.
     pub errors_m: Vec<Vec<f64>>,
     /// For each path how many of them found its peak.
@@ -29,10 +30,10 @@ pub struct Tally {
     pub remarks: u64,
 }
 
-impl Tally {
+impl ScanTally {
     /// Of no scans, for so many paths.
-    pub fn of_paths(paths: usize) -> Tally {
-        Tally {
+    pub fn of_paths(paths: usize) -> ScanTally {
+        ScanTally {
             errors_m: vec![Vec::new(); paths],
             found: vec![0; paths],
             scans: 0,
@@ -47,7 +48,7 @@ impl Tally {
 
     /// Takes the answers of the scans that follow. An error of at most `tolerance_m` is a
     /// peak that was found.
-    pub fn add(&mut self, answers: Vec<Answer>, tolerance_m: f64) {
+    pub fn add(&mut self, answers: Vec<ScanAnswer>, tolerance_m: f64) {
         for answer in answers {
             self.scans += 1;
             self.refused += u64::from(answer.is_refused);
@@ -67,7 +68,7 @@ impl Tally {
     }
 
     /// Takes the scans that follow.
-    pub fn append(&mut self, later: Tally) {
+    pub fn append(&mut self, later: ScanTally) {
         for (errors_m, more) in self.errors_m.iter_mut().zip(later.errors_m) {
             errors_m.extend(more);
         }
@@ -97,9 +98,9 @@ impl Tally {
 mod tests {
     use super::*;
 
-    fn answer(found: &[(usize, f64)], alarm: Option<bool>, remark: Option<&str>) -> Answer {
+    fn answer(found: &[(usize, f64)], alarm: Option<bool>, remark: Option<&str>) -> ScanAnswer {
         let remark = remark.map(str::to_owned);
-        Answer { found: found.to_vec(), alarm, remark, ..Answer::default() }
+        ScanAnswer { found: found.to_vec(), alarm, remark, ..ScanAnswer::default() }
     }
 
     #[test]
@@ -112,7 +113,7 @@ mod tests {
                 answer(&[(0, 1e-17)], Some(false), None),
             ]
         };
-        let mut whole = Tally::of_paths(2);
+        let mut whole = ScanTally::of_paths(2);
         whole.add(answers(), 0.5);
         assert_eq!(whole.errors_m, [vec![0.1, 1e-17], vec![-0.7, 0.2]]);
         assert_eq!((whole.found.clone(), whole.fits, whole.alarms), (vec![2, 1], 3, 1));
@@ -121,9 +122,9 @@ mod tests {
         for cut in 0..=4 {
             let mut before = answers();
             let after = before.split_off(cut);
-            let mut joined = Tally::of_paths(2);
+            let mut joined = ScanTally::of_paths(2);
             joined.add(before, 0.5);
-            let mut later = Tally::of_paths(2);
+            let mut later = ScanTally::of_paths(2);
             later.add(after, 0.5);
             joined.append(later);
             assert_eq!(joined, whole, "cut at {cut}");

@@ -4,13 +4,13 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::run::{Scan, TargetState};
+use super::run::{TargetState, TrackedScan};
 use super::windows::Windows;
 use crate::photons::Pulse;
 use crate::reference::host::{Host, Request};
 use crate::reference::host_ports::HostClocks;
-use crate::reference::level::Level;
-use crate::reference::predictor::{Reference, ReferenceError, Surroundings};
+use crate::reference::level::LevelPainter;
+use crate::reference::predictor::{ReferenceError, ReferenceModel, Surroundings};
 use crate::reference::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::sensor::interface::Interface;
 use crate::sensor::registers::{RegisterPlan, STATUS, setting_address, state};
@@ -41,13 +41,13 @@ pub(super) struct Targets<'m> {
     plan: TrackPlan,
     setting: TrackSetting,
     /// What the simulation had of each target: its scans.
-    scans: &'m [Vec<Scan>],
+    scans: &'m [Vec<TrackedScan>],
     /// Photons of a target.
     photons: &'m dyn Fn(u64) -> Windows<'m>,
     /// What the hardware is at before `clock`.
-    scout: Reference,
+    scout: ReferenceModel,
     clock: u64,
-    level: Level,
+    level: LevelPainter,
     host: Host,
     /// Pulses that the scout has not seen yet.
     ahead: VecDeque<Pulse>,
@@ -65,7 +65,7 @@ impl<'m> Targets<'m> {
     pub fn new(
         (interface, registers): (&'m Interface, &'m RegisterPlan),
         (plan, setting): (TrackPlan, TrackSetting),
-        scans: &'m [Vec<Scan>],
+        scans: &'m [Vec<TrackedScan>],
         photons: &'m dyn Fn(u64) -> Windows<'m>,
     ) -> Result<Targets<'m>, ReferenceError> {
         Ok(Targets {
@@ -75,9 +75,9 @@ impl<'m> Targets<'m> {
             setting,
             scans,
             photons,
-            scout: Reference::new(interface.clone())?,
+            scout: ReferenceModel::new(interface.clone())?,
             clock: 0,
-            level: Level::new(interface.lanes()),
+            level: LevelPainter::new(interface.lanes()),
             host: Host::new(0, vec![STATUS]),
             ahead: VecDeque::new(),
             pulses: VecDeque::new(),
@@ -90,7 +90,7 @@ impl<'m> Targets<'m> {
 
     /// Clocks in which all targets are done, at most.
     pub fn clocks(&self) -> u64 {
-        let of_target = |scans: &Vec<Scan>| {
+        let of_target = |scans: &Vec<TrackedScan>| {
             let last = scans.last().map_or(0, |last| last.chips + self.scan_clocks(last));
             RESET_CLOCKS + self.preparation_clocks() + last + self.decision_clocks() + HOST_CLOCKS
         };
@@ -118,7 +118,7 @@ impl<'m> Targets<'m> {
         self.interface.start_clocks() + self.interface.timing.preparation_chips + STRIDE_CLOCKS
     }
 
-    fn scan_clocks(&self, scan: &Scan) -> u64 {
+    fn scan_clocks(&self, scan: &TrackedScan) -> u64 {
         scan.steps * self.interface.timing.scan.integration_chips
     }
 

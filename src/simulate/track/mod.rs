@@ -17,11 +17,11 @@ use rayon::prelude::*;
 pub use self::hardware::Differs;
 use self::hardware::Targets;
 pub use self::report::TrackReport;
-use self::run::{Course, Outcome, Run, Scan};
-use self::theory::Peak;
+use self::run::{Course, TrackOutcome, TrackRun, TrackedScan};
+use self::theory::MeanPeak;
 use self::windows::Windows;
 use super::effort::{self, TooMuch};
-use super::scans::{Prepared, ScansError};
+use super::scans::{PreparedTier, ScansError};
 use super::{SimulateOptions, Tier};
 use crate::cosim::engine::Engine;
 use crate::estimate::coverage::steps_outside;
@@ -133,7 +133,7 @@ pub struct Tracking<'s> {
     engine: Engine,
     seed: u64,
     /// Round its peak at the start of a scan.
-    peak: Peak,
+    peak: MeanPeak,
 }
 
 impl<'s> Tracking<'s> {
@@ -158,7 +158,7 @@ impl<'s> Tracking<'s> {
         if scene.paths[path].movement.is_some_and(|movement| movement.fluctuation.is_some()) {
             return Err(TrackError::Fluctuates);
         }
-        let peak = Peak::new(&sensor.still_at(0.0), DETECTOR, path, tier.counting())?;
+        let peak = MeanPeak::new(&sensor.still_at(0.0), DETECTOR, path, tier.counting())?;
         let (engine, seed) = (options.engine, options.seed);
         let tracking = Tracking { sensor, plan, path, tier, engine, seed, peak };
         tracking.check_scan()?;
@@ -260,16 +260,16 @@ impl<'s> Tracking<'s> {
         self.check_effort(self.tier, targets, steps)?;
         let model = DetectorModel::new(self.sensor, DETECTOR);
         let photons = |number| Windows::new(&model, self.counting(), self.seed, number);
-        let outcomes: Vec<Outcome> = (0..targets)
+        let outcomes: Vec<TrackOutcome> = (0..targets)
             .into_par_iter()
             .map(|number| {
-                let run = Run::new(course, photons(number), Follower::new(self.plan, setting));
+                let run = TrackRun::new(course, photons(number), Follower::new(self.plan, setting));
                 let run = if self.tier == Tier::Rtl { run.read() } else { run };
                 run.acquire_and_follow(settling, updates, scatter(self.seed, number))
             })
             .collect();
         if self.tier == Tier::Rtl {
-            let scans: Vec<Vec<Scan>> =
+            let scans: Vec<Vec<TrackedScan>> =
                 outcomes.iter().map(|outcome| outcome.scans.clone()).collect();
             self.follow_in_verilog(setting, &scans, &photons)?;
         }
@@ -282,7 +282,7 @@ impl<'s> Tracking<'s> {
     fn follow_in_verilog<'m>(
         &'m self,
         setting: TrackSetting,
-        scans: &'m [Vec<Scan>],
+        scans: &'m [Vec<TrackedScan>],
         photons: &'m dyn Fn(u64) -> Windows<'m>,
     ) -> Result<(), TrackError> {
         let interface = self.sensor.interface();
@@ -290,7 +290,7 @@ impl<'s> Tracking<'s> {
         let following = (self.plan, setting);
         let mut targets = Targets::new((interface, registers), following, scans, photons)?;
         let clocks = targets.clocks();
-        let prepared = Prepared::new(self.sensor, self.tier, self.engine)?;
+        let prepared = PreparedTier::new(self.sensor, self.tier, self.engine)?;
         prepared.beside_reference(self.sensor, &mut targets, clocks)?;
         Ok(targets.end()?)
     }
@@ -329,8 +329,11 @@ impl<'s> Tracking<'s> {
             let model = DetectorModel::new(&sensor, DETECTOR);
             (0..TARGETS).into_par_iter().all(|number| {
                 let windows = Windows::new(&model, self.counting(), self.seed, number);
-                let run =
-                    Run::new(self.course(velocity), windows, Follower::new(self.plan, setting));
+                let run = TrackRun::new(
+                    self.course(velocity),
+                    windows,
+                    Follower::new(self.plan, setting),
+                );
                 run.holds(self.peak.height().round() as i64, updates)
             })
         };
@@ -437,7 +440,7 @@ mod tests {
         let model = DetectorModel::new(&sensor, DETECTOR);
         let photons = |number| Windows::new(&model, CountingTier::Sampled, tracking.seed, number);
         let follower = Follower::new(tracking.plan, tracking.setting());
-        let run = Run::new(tracking.course(40.0), photons(0), follower).read();
+        let run = TrackRun::new(tracking.course(40.0), photons(0), follower).read();
         let mut scans = run.acquire_and_follow(1, 1, 0).scans;
         let place = scans[2].after.position.as_mut().expect("it is followed");
         *place += 1;

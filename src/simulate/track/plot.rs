@@ -1,7 +1,7 @@
 //! The fastest target over the gain, measured beside what theory says.
 
 use super::{Fastest, Tracking};
-use crate::report::chart::{Axis, Chart, Mark, Panel, Point, Role};
+use crate::report::chart::{Chart, ChartAxis, ChartPoint, DrawingRole, Mark, Panel};
 use crate::simulate::effort::TooMuch;
 
 /// Gains that are drawn, by their halvings.
@@ -18,16 +18,16 @@ impl Tracking<'_> {
         let expected = speeds.iter().map(|one| (one.gain, one.expected_m_per_s));
         let held = speeds.iter().map(|one| {
             let [low, high] = one.held_m_per_s;
-            Point { x: one.gain, y: low, interval: Some((low, high)) }
+            ChartPoint { x: one.gain, y: low, interval: Some((low, high)) }
         });
         let panel = Panel::new(
-            Axis::log("gain", "gain"),
-            Axis::log("speed_m_per_s", "fastest target that is held (m/s)"),
+            ChartAxis::log("gain", "gain"),
+            ChartAxis::log("speed_m_per_s", "fastest target that is held (m/s)"),
         )
-        .with("expected", Role::Expected, Mark::Line, expected)
+        .with("expected", DrawingRole::Expected, Mark::Line, expected)
         .with_points(
             "held, up to the next speed that was tried",
-            Role::Counts,
+            DrawingRole::Counts,
             Mark::Dots,
             held.collect(),
         );

@@ -4,7 +4,7 @@ use serde::Serialize;
 use statrs::distribution::{Binomial, DiscreteCDF as _};
 
 use super::bound::Information;
-use super::run::{Course, Outcome};
+use super::run::{Course, TrackOutcome};
 use super::{DETECTOR, Fastest, Tier, TrackError, Tracking};
 use crate::response::MeanResponseError;
 
@@ -104,7 +104,7 @@ impl Tracking<'_> {
     pub(super) fn report(
         &self,
         course: &Course,
-        outcomes: &[Outcome],
+        outcomes: &[TrackOutcome],
         updates: u64,
         fastest: Fastest,
     ) -> Result<TrackReport, TrackError> {
@@ -207,7 +207,7 @@ struct Steady {
 impl Steady {
     /// Of the updates of targets that were held. Those of one target follow from one another, those of different targets do
     /// not: standard errors are from what differs from target to target. None with fewer than two.
-    fn of(outcomes: &[Outcome]) -> Option<Steady> {
+    fn of(outcomes: &[TrackOutcome]) -> Option<Steady> {
         let targets: Vec<&[f64]> = outcomes
             .iter()
             .filter(|outcome| !outcome.was_lost && !outcome.errors.is_empty())

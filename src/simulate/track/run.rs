@@ -2,7 +2,7 @@
 
 use super::windows::Windows;
 use crate::photons::random::scatter;
-use crate::reference::tracking::{Follower, Sums};
+use crate::reference::tracking::{Follower, WindowSums};
 use crate::sensor::track::FRACTION_BITS;
 
 /// Scans that look for a target before it is given up.
@@ -58,7 +58,7 @@ impl Course {
 
 /// A scan that looked for a target, or a window.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Scan {
+pub(super) struct TrackedScan {
     /// Chips from the target's first scan's first one to its own.
     pub chips: u64,
     /// Phase steps, and those of them that had the target's light.
@@ -80,9 +80,9 @@ pub(super) struct TargetState {
 
 /// What became of a target.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Outcome {
+pub(super) struct TrackOutcome {
     /// Scans and windows, one after another.
-    pub scans: Vec<Scan>,
+    pub scans: Vec<TrackedScan>,
     /// Chips from the first scan's first to the end of the first window that had its light; none without one.
     pub locked_chips: Option<u64>,
     /// How far the position was off after each update that was asked for, in steps.
@@ -97,7 +97,7 @@ pub(super) struct Outcome {
 }
 
 /// A run under way.
-pub(super) struct Run<'m> {
+pub(super) struct TrackRun<'m> {
     course: Course,
     windows: Windows<'m>,
     follower: Follower,
@@ -105,28 +105,28 @@ pub(super) struct Run<'m> {
     is_read: bool,
     /// First chip of the next scan.
     chips: u64,
-    scans: Vec<Scan>,
+    scans: Vec<TrackedScan>,
 }
 
-impl<'m> Run<'m> {
-    pub fn new(course: Course, windows: Windows<'m>, follower: Follower) -> Run<'m> {
-        Run { course, windows, follower, is_read: false, chips: 0, scans: Vec::new() }
+impl<'m> TrackRun<'m> {
+    pub fn new(course: Course, windows: Windows<'m>, follower: Follower) -> TrackRun<'m> {
+        TrackRun { course, windows, follower, is_read: false, chips: 0, scans: Vec::new() }
     }
 
     /// The same with positions as a host reads them.
-    pub fn read(self) -> Run<'m> {
-        Run { is_read: true, ..self }
+    pub fn read(self) -> TrackRun<'m> {
+        TrackRun { is_read: true, ..self }
     }
 
     /// A target that a scan has to find, then is followed for `settling` and `updates` windows, and then taken away in
     /// a phase step that `random` chooses.
-    pub fn acquire_and_follow(mut self, settling: u64, updates: u64, random: u64) -> Outcome {
+    pub fn acquire_and_follow(mut self, settling: u64, updates: u64, random: u64) -> TrackOutcome {
         let outcome = self.outcome(settling, updates, random);
-        Outcome { scans: self.scans, ..outcome }
+        TrackOutcome { scans: self.scans, ..outcome }
     }
 
-    fn outcome(&mut self, settling: u64, updates: u64, random: u64) -> Outcome {
-        let mut outcome = Outcome::default();
+    fn outcome(&mut self, settling: u64, updates: u64, random: u64) -> TrackOutcome {
+        let mut outcome = TrackOutcome::default();
         let locks = (0..MOST_SCANS).any(|_| {
             self.look();
             // As many windows as patience has, until it has the light or has given up.
@@ -188,7 +188,7 @@ impl<'m> Run<'m> {
         let first = self.follower.window()?;
         let counts = self.windows.scan(first, self.course.window_steps, self.chips, lit);
         let middle = self.chips as f64 + 0.5 * self.course.window_chips() as f64;
-        let is_lost = self.follower.counted(Sums::of(&counts, self.course.window_steps / 2));
+        let is_lost = self.follower.counted(WindowSums::of(&counts, self.course.window_steps / 2));
         self.end_scan(self.course.window_steps, lit, is_lost);
         self.chips += self.course.pitch_chips();
         let steps = match self.is_read {
@@ -201,7 +201,7 @@ impl<'m> Run<'m> {
     fn end_scan(&mut self, steps: u64, lit: u64, is_lost: bool) {
         let position = self.follower.position();
         let after = TargetState { position, is_locked: self.follower.is_locked(), is_lost };
-        self.scans.push(Scan { chips: self.chips, steps, lit, after });
+        self.scans.push(TrackedScan { chips: self.chips, steps, lit, after });
     }
 
     /// The light goes off in the middle of some window. Updates until the last of them had no light: the first is that

@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::estimate::{CountingTier, calibration_offset_ps};
 use crate::math::normal_cdf;
 use crate::photons::DetectorModel;
-use crate::reference::tracking::{Follower, Sums};
+use crate::reference::tracking::{Follower, WindowSums};
 use crate::response::{MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
 use crate::scene::{DetectorIndex, PathIndex};
@@ -39,7 +39,7 @@ const SEED: u64 = 0x7472_6163;
 
 /// Mean counts round a peak, and their variance.
 #[derive(Debug, Clone)]
-pub(super) struct Peak {
+pub(super) struct MeanPeak {
     samples_per_chip: usize,
     /// Mean counts, [`PLACES`] of them a step, from two chips before the light's delay on.
     counts: Vec<f64>,
@@ -69,14 +69,14 @@ pub(super) struct Followed {
     pub std: f64,
 }
 
-impl Peak {
+impl MeanPeak {
     /// Of a path that stands still; counts of a tier.
     pub fn new(
         sensor: &Sensor,
         detector: DetectorIndex,
         path: PathIndex,
         tier: CountingTier,
-    ) -> Result<Peak, MeanResponseError> {
+    ) -> Result<MeanPeak, MeanResponseError> {
         let clock = sensor.clock();
         let samples_per_chip = clock.samples_per_chip as usize;
         let reach = 2 * samples_per_chip;
@@ -108,7 +108,7 @@ impl Peak {
         let moments = SecondMoments::new(&response)?.of_steps(&window);
         let variances = moments.iter().map(|moment| moment.signed_variance);
         let variance = variances.sum::<f64>() / window.len() as f64;
-        Ok(Peak { samples_per_chip, counts, variance })
+        Ok(MeanPeak { samples_per_chip, counts, variance })
     }
 
     /// Expected count of a phase step so many steps behind the light's delay.
@@ -241,7 +241,7 @@ impl Peak {
                 (mean + sigma * error).round() as i64
             };
             let (early, late) = (half_sum(0), half_sum(half));
-            follower.counted(Sums { all: early + late, slope: late - early });
+            follower.counted(WindowSums { all: early + late, slope: late - early });
             if update >= SETTLING {
                 unlocked += f64::from(u8::from(!follower.is_locked())) / DRAWN as f64;
                 errors.extend(follower.position_steps().map(|position| away(position - place)));
@@ -344,15 +344,15 @@ mod tests {
     use super::*;
 
     /// An ideal triangle of 8 steps, 1000 high.
-    fn triangle(variance: f64) -> Peak {
+    fn triangle(variance: f64) -> MeanPeak {
         drawn_away(0.0, variance)
     }
 
     /// The same, so many steps before the light's delay, as dead time draws it.
-    fn drawn_away(steps: f64, variance: f64) -> Peak {
+    fn drawn_away(steps: f64, variance: f64) -> MeanPeak {
         let count =
             |place: i32| 1000.0 * (1.0 - (f64::from(place) / 8.0 + steps).abs() / 8.0).max(0.0);
-        Peak { samples_per_chip: 8, counts: (-128..=128).map(count).collect(), variance }
+        MeanPeak { samples_per_chip: 8, counts: (-128..=128).map(count).collect(), variance }
     }
 
     /// D / 2A of a triangle: 2 h d over S h within half a step, and (2 u - 3 u^2 / 2) / (1 - u^2 / 2) of half a chip at
@@ -396,7 +396,7 @@ mod tests {
 
     /// Mean and standard deviation of the rule's own errors, with gain 1/4, before a target that goes `way` steps from window
     /// to window.
-    fn drawn(peak: &Peak, way: f64) -> (f64, f64) {
+    fn drawn(peak: &MeanPeak, way: f64) -> (f64, f64) {
         let (errors, _) = peak.drawn(100.3, way, plan(8, 2));
         let count = errors.len() as f64;
         let mean = errors.iter().sum::<f64>() / count;
@@ -447,7 +447,8 @@ mod tests {
 
     #[test]
     fn nothing_is_expected_where_no_window_follows() {
-        let dark = Peak { samples_per_chip: 8, counts: vec![0.0; 16 * PLACES + 1], variance: 0.1 };
+        let dark =
+            MeanPeak { samples_per_chip: 8, counts: vec![0.0; 16 * PLACES + 1], variance: 0.1 };
         assert!(dark.at_rest(100.3, plan(8, 2)).is_none());
     }
 
@@ -457,7 +458,7 @@ mod tests {
     fn a_target_at_rest_scatters_by_its_middles_alone_where_counts_do_not() {
         let count = |place: i32| 1e6 * (1.0 - f64::from(place.abs()) / 8.0 / 4.0).max(0.0);
         let counts: Vec<f64> = (-64..=64).map(count).collect();
-        let peak = Peak { samples_per_chip: 4, counts, variance: 1e-9 };
+        let peak = MeanPeak { samples_per_chip: 4, counts, variance: 1e-9 };
         for place in [100.0, 100.25, 100.5] {
             let followed = peak.at_rest(place, plan(4, 0)).expect("it is held");
             assert!(followed.std < 0.05 && followed.bias.abs() < 0.05, "{place}: {followed:?}");

@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::estimate::{NoEstimate, PredictionError, check_modulated};
 use crate::files::{FileError, OutputFolder};
 use crate::plan::resources::{Resources, resources};
-use crate::report::chart::{Axis, Chart, Mark, Panel, Role};
+use crate::report::chart::{Chart, ChartAxis, DrawingRole, Mark, Panel};
 use crate::report::columns::Lines;
 use crate::report::table::{Quoted, Table, fields};
 use crate::scan::Step;
@@ -22,7 +22,8 @@ const PARALLEL: u32 = 16;
 
 /// What `goldtof compare-architectures` gives.
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
-pub struct Comparison {
+#[schemars(rename = "Comparison")]
+pub struct ArchitectureComparison {
     /// The scene's name.
     #[serde(skip)]
     pub scene: String,
@@ -56,14 +57,15 @@ pub struct Way {
     /// in whole code periods. What is measured for longer is their sum.
     pub memory_bits: u64,
     /// What is expected of it, by estimator and measuring time.
-    pub points: Vec<Point>,
+    pub points: Vec<ArchitecturePoint>,
     /// Why there are no points of an estimator, where that is so.
     pub remarks: Vec<String>,
 }
 
 /// What is expected of a sensor in some measuring time.
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
-pub struct Point {
+#[schemars(rename = "Point")]
+pub struct ArchitecturePoint {
     /// How the distance is got.
     pub estimator: EstimatorKind,
     /// Time of a whole scan.
@@ -163,7 +165,7 @@ impl Plan {
 ///
 /// # Errors
 /// When nothing can be expected of the scene.
-pub fn compare(scene: &Scene) -> Result<Comparison, ComparisonError> {
+pub fn compare(scene: &Scene) -> Result<ArchitectureComparison, ComparisonError> {
     let path = scene.own_paths(DetectorIndex(0)).next().ok_or(ComparisonError::NoPath)?;
     if !scene.scan.is_full() {
         return Err(ComparisonError::NotWhole {
@@ -183,7 +185,7 @@ pub fn compare(scene: &Scene) -> Result<Comparison, ComparisonError> {
         })
         .collect();
     points::mark_pareto(&mut ways);
-    Ok(Comparison {
+    Ok(ArchitectureComparison {
         scene: scene.name.clone(),
         path,
         true_distance_m: scene.paths[path].distance_m(),
@@ -214,7 +216,7 @@ fn way(plan: &Plan, scene: &Scene, path: PathIndex, times: &[u64]) -> Way {
     }
 }
 
-impl Comparison {
+impl ArchitectureComparison {
     /// Writes `architectures.svg` and `architectures.csv`; gives their names.
     ///
     /// # Errors
@@ -229,8 +231,8 @@ impl Comparison {
     fn chart(&self, table: &Table) -> Chart {
         let panel = |column: &str, label: &str| {
             Panel::new(
-                Axis::log("measuring_time_s", "measuring time (ms)"),
-                Axis::log(column, label),
+                ChartAxis::log("measuring_time_s", "measuring time (ms)"),
+                ChartAxis::log(column, label),
             )
         };
         let of = |kind: EstimatorKind| {
@@ -239,7 +241,7 @@ impl Comparison {
         };
         let phase = of(EstimatorKind::Fft);
         let on_front = self.ways.iter().flat_map(|way| way.points.iter().filter(|p| p.pareto));
-        let corner = |p: &Point| (p.measuring_time_s * 1e3, p.rms_error_m * 1e3);
+        let corner = |p: &ArchitecturePoint| (p.measuring_time_s * 1e3, p.rms_error_m * 1e3);
         let mut front: Vec<(f64, f64)> = on_front.map(corner).collect();
         front.sort_by(|a, b| a.0.total_cmp(&b.0));
         Chart {
@@ -254,7 +256,7 @@ impl Comparison {
                 panel("rms_error_m", "error of the phase, bias included (mm)")
                     .curves(&phase, Mark::LineAndDots),
                 panel("rms_error_m", "error of the model fit (mm); line: Pareto front of both")
-                    .with("Pareto front", Role::Truth, Mark::Line, front)
+                    .with("Pareto front", DrawingRole::Truth, Mark::Line, front)
                     .curves(&of(EstimatorKind::Model), Mark::LineAndDots),
             ],
         }
@@ -263,7 +265,7 @@ impl Comparison {
     fn table(&self) -> Table {
         let rows =
             self.ways.iter().flat_map(|way| way.points.iter().map(move |point| (way, point)));
-        let rows: Vec<(&Way, &Point)> = rows.collect();
+        let rows: Vec<(&Way, &ArchitecturePoint)> = rows.collect();
         let cells = |way: &Way| way.resources.as_ref().map(|resources| resources.cells);
         let columns = Table::of(&rows)
             .column("sensor", |(way, _)| Quoted(way.name))
@@ -281,7 +283,7 @@ impl Comparison {
     }
 }
 
-impl Comparison {
+impl ArchitectureComparison {
     /// The comparison as a table.
     pub fn to_text(&self) -> String {
         let mut text = format!(

@@ -1,6 +1,6 @@
 //! What is expected of each sensor, time by time.
 
-use super::{ComparisonError, Plan, Point, Way};
+use super::{ArchitecturePoint, ComparisonError, Plan, Way};
 use crate::estimate::bound::errors_of_fit;
 use crate::estimate::coverage::{check_fit, short_steps};
 use crate::estimate::estimator::Estimator;
@@ -19,15 +19,18 @@ const MOST_TIMES: usize = 8;
 const MOST_MISSES: f64 = 0.01;
 
 /// Where the peak is, and how bright it is.
-pub struct Peak {
+pub struct PeakLight {
     pub step: u64,
     pub detected_rate_cps: f64,
 }
 
 /// The peak of a path in the counts of a sequential sensor.
-pub fn peak(scene: &Scene, path: PathIndex) -> Result<Peak, ComparisonError> {
+pub fn peak(scene: &Scene, path: PathIndex) -> Result<PeakLight, ComparisonError> {
     let expected = predict(&Sensor::new(scene), DetectorIndex(0), path, CountingTier::Sampled)?;
-    Ok(Peak { step: expected.estimate.coarse_step, detected_rate_cps: expected.detection_rate_hz })
+    Ok(PeakLight {
+        step: expected.estimate.coarse_step,
+        detected_rate_cps: expected.detection_rate_hz,
+    })
 }
 
 /// Measuring times in chips, whole code periods, up to that of a sequential sensor.
@@ -51,7 +54,7 @@ pub fn points(
     scene: &Scene,
     path: PathIndex,
     times: &[u64],
-) -> (Vec<Point>, Vec<String>) {
+) -> (Vec<ArchitecturePoint>, Vec<String>) {
     let [mut phases, mut fits] = [EstimatorKind::Fft, EstimatorKind::Model].map(Points::of);
     let groups = Sensor::new(scene).timing().groups();
     let mut too_short = 0;
@@ -95,7 +98,7 @@ pub fn points(
 /// The points of one estimator, time by time.
 struct Points {
     estimator: EstimatorKind,
-    points: Vec<Point>,
+    points: Vec<ArchitecturePoint>,
     remarks: Vec<String>,
 }
 
@@ -117,7 +120,7 @@ impl Points {
             Ok((phase, (bias_m, std_m))) => {
                 let missed_bound = phase.coarse_failure_bound_fraction;
                 let measuring_time_s = sensor.timing().scan_duration_ps() * 1e-12;
-                self.points.push(Point {
+                self.points.push(ArchitecturePoint {
                     estimator,
                     measuring_time_s,
                     frame_rate_hz: 1.0 / measuring_time_s,
@@ -162,7 +165,7 @@ fn fitted(sensor: &Sensor, path: PathIndex) -> Result<(f64, f64), String> {
 
 /// Marks the points that no other beats in both time and error.
 pub fn mark_pareto(ways: &mut [Way]) {
-    let counts = |way: &Way, point: &Point| {
+    let counts = |way: &Way, point: &ArchitecturePoint| {
         way.whole_range && point.coarse_failure_bound_fraction.is_some_and(|f| f <= MOST_MISSES)
     };
     let rivals: Vec<(f64, f64)> = ways

@@ -1,7 +1,7 @@
 //! Which tier is worth its time, and whether that can be told at all.
 
 use super::points::{RESOLUTION, TierRun, cost, needed_scans, worst};
-use super::{Agreement, Recommendation, Reference, Refusal, TierPoint};
+use super::{FidelityReference, NoRecommendation, Recommendation, TargetAgreement, TierPoint};
 use crate::math::NORMAL_95;
 
 /// Share of the whole budget that the reference gets.
@@ -22,7 +22,11 @@ pub fn mark_pareto(tiers: &mut [TierPoint]) {
 
 /// Refuses a target error that the reference's runs do not resolve: with such
 /// intervals no tier could be seen to hold.
-pub fn refuse(runs: &[TierRun], reference: &Reference, target_error: f64) -> Option<Refusal> {
+pub fn refuse(
+    runs: &[TierRun],
+    reference: &FidelityReference,
+    target_error: f64,
+) -> Option<NoRecommendation> {
     let of_missed =
         reference.missed_fraction_ci95.map(|end| (end - reference.missed_fraction).abs());
     let half_width = [
@@ -44,7 +48,7 @@ pub fn refuse(runs: &[TierRun], reference: &Reference, target_error: f64) -> Opt
     let times: Vec<(u64, f64)> = runs.iter().map(|r| (r.repetitions, r.run_time_s)).collect();
     let (set_up_s, per_scan_s) = cost(&times)?;
     let needed_budget_s = MARGIN * (set_up_s + per_scan_s * scans as f64) / REFERENCE_SHARE;
-    Some(Refusal {
+    Some(NoRecommendation {
         target_error,
         resolved_error: half_width / RESOLUTION,
         needed_scans: scans,
@@ -64,7 +68,7 @@ pub fn recommend(tiers: &[TierPoint], target_error: f64) -> Option<Recommendatio
     tiers
         .iter()
         .filter(largest)
-        .filter(|tier| tier.verdict == Agreement::Holds)
+        .filter(|tier| tier.verdict == TargetAgreement::Holds)
         .map(|tier| (tier, time_of(tiers, tier, target_error)))
         .min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))
         .map(|(tier, (repetitions, run_time_s))| Recommendation {
@@ -112,7 +116,12 @@ impl TierPoint {
 mod tests {
     use super::*;
 
-    fn point(name: &str, scans: Option<u64>, run_time_s: f64, verdict: Agreement) -> TierPoint {
+    fn point(
+        name: &str,
+        scans: Option<u64>,
+        run_time_s: f64,
+        verdict: TargetAgreement,
+    ) -> TierPoint {
         TierPoint {
             fidelity: name.to_owned(),
             repetitions: scans,
@@ -136,7 +145,7 @@ mod tests {
     fn a_point_that_another_beats_in_time_and_error_is_not_on_the_front() {
         let of = |name, run_time_s, error: f64| TierPoint {
             std_relative_error_ci95: [-error, error],
-            ..point(name, Some(10), run_time_s, Agreement::Holds)
+            ..point(name, Some(10), run_time_s, TargetAgreement::Holds)
         };
         let mut tiers = [of("a", 1.0, 0.4), of("b", 2.0, 0.5), of("c", 3.0, 0.1)];
         mark_pareto(&mut tiers);
@@ -146,10 +155,10 @@ mod tests {
     #[test]
     fn the_cheapest_tier_that_holds_is_recommended_with_the_scans_it_needs() {
         let tiers = [
-            point("expected", None, 0.01, Agreement::Differs),
-            point("counts", Some(1_000), 0.1, Agreement::Unresolved),
-            point("events", Some(1_000), 1.0, Agreement::Holds),
-            point("rtl", Some(100), 5.0, Agreement::Holds),
+            point("expected", None, 0.01, TargetAgreement::Differs),
+            point("counts", Some(1_000), 0.1, TargetAgreement::Unresolved),
+            point("events", Some(1_000), 1.0, TargetAgreement::Holds),
+            point("rtl", Some(100), 5.0, TargetAgreement::Holds),
         ];
         let best = recommend(&tiers, 0.05).expect("one holds");
         assert_eq!(best.fidelity, "events");
@@ -164,9 +173,9 @@ mod tests {
     fn what_a_tier_sets_up_counts_however_few_the_scans() {
         // 20 ms and 1 us a scan, against 16 ms in all.
         let tiers = [
-            point("expected", None, 0.016, Agreement::Holds),
-            point("counts", Some(1_000), 0.021, Agreement::Holds),
-            point("counts", Some(100_000), 0.120, Agreement::Holds),
+            point("expected", None, 0.016, TargetAgreement::Holds),
+            point("counts", Some(1_000), 0.021, TargetAgreement::Holds),
+            point("counts", Some(100_000), 0.120, TargetAgreement::Holds),
         ];
         let best = recommend(&tiers, 0.05).expect("both hold");
         assert_eq!(best.fidelity, "expected");

@@ -19,7 +19,7 @@ use crate::estimate::{NoEstimate, check_modulated, predict};
 use crate::plan::{self, Part};
 use crate::scene::{DetectorIndex, Scene};
 use crate::sensor::Sensor;
-use crate::simulate::scans::{Prepared, ScansError};
+use crate::simulate::scans::{PreparedTier, ScansError};
 use crate::simulate::{Tier, domain};
 
 /// Name of the tier that the others are held against.
@@ -34,14 +34,14 @@ pub struct FidelityReport {
     /// Seed of all random numbers.
     pub seed: u64,
     /// The tier that the others are held against, and its number of scans.
-    pub reference: Reference,
+    pub reference: FidelityReference,
     /// Every tier at every number of scans that was run, from the least of the
     /// sensor to the most.
     pub tiers: Vec<TierPoint>,
     /// The cheapest way to the error that was asked for.
     pub recommended: Option<Recommendation>,
     /// Why there is none, or none for the default error, where the budget was too small to tell.
-    pub refusal: Option<Refusal>,
+    pub refusal: Option<NoRecommendation>,
     /// Domain of each tier, and where the scene is outside of it.
     pub domains: Vec<TierDomain>,
     /// The sensor's own trade: error of the distance against integration time
@@ -53,7 +53,8 @@ pub struct FidelityReport {
 
 /// The reference.
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
-pub struct Reference {
+#[schemars(rename = "Reference")]
+pub struct FidelityReference {
     /// Its tier.
     pub fidelity: &'static str,
     /// Scans.
@@ -110,7 +111,7 @@ pub struct TierPoint {
     /// Its 95 % confidence interval.
     pub missed_fraction_error_ci95: Option<[f64; 2]>,
     /// Whether all three errors are within the target.
-    pub verdict: Agreement,
+    pub verdict: TargetAgreement,
     /// No other point is both faster and surer of the standard deviation.
     pub pareto: bool,
 }
@@ -119,7 +120,8 @@ pub struct TierPoint {
 /// deviations) and share of missed peaks (of all scans) are within the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Agreement {
+#[schemars(rename = "Agreement")]
+pub enum TargetAgreement {
     /// The 95 % intervals of all three are within it.
     Holds,
     /// That of one is outside.
@@ -128,7 +130,7 @@ pub enum Agreement {
     Unresolved,
 }
 
-impl std::fmt::Display for Agreement {
+impl std::fmt::Display for TargetAgreement {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.serialize(f)
     }
@@ -136,7 +138,8 @@ impl std::fmt::Display for Agreement {
 
 /// Why no tier can be recommended: the reference's own intervals are too wide.
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
-pub struct Refusal {
+#[schemars(rename = "Refusal")]
+pub struct NoRecommendation {
     /// The error that was asked for.
     pub target_error: f64,
     /// The least that these scans resolve.
@@ -147,14 +150,14 @@ pub struct Refusal {
     pub needed_budget_s: f64,
 }
 
-impl Refusal {
+impl NoRecommendation {
     /// The least that these scans resolve, in whole percents.
     fn resolved_percent(&self) -> f64 {
         (100.0 * self.resolved_error).ceil() / 100.0
     }
 }
 
-impl std::fmt::Display for Refusal {
+impl std::fmt::Display for NoRecommendation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
@@ -300,11 +303,11 @@ pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityRepor
     let share = (budget.div_f64(5.0), target_error);
     let of_reference = (budget.mul_f64(choice::REFERENCE_SHARE), target_error);
 
-    let prepared = Prepared::new(&windowed, Tier::Sampled, Engine::Auto)?;
+    let prepared = PreparedTier::new(&windowed, Tier::Sampled, Engine::Auto)?;
     let mut sampled = points::grow(&windowed, &prepared, path, seed, of_reference)?;
     let reference = points::reference(sampled.last())?;
     let refusal = choice::refuse(&sampled, &reference, target_error);
-    let resolved = refusal.as_ref().map(Refusal::resolved_percent);
+    let resolved = refusal.as_ref().map(NoRecommendation::resolved_percent);
     if let (None, Some(resolved)) = (options.target_error, resolved) {
         target_error = resolved.min(MOST_ERROR);
     }
@@ -316,7 +319,7 @@ pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityRepor
     for tier in Tier::ALL {
         let mut warnings = domain::warnings(&windowed, DetectorIndex(0), tier, &predicted);
         let started = Instant::now();
-        let prepared = Prepared::new(&windowed, tier, Engine::Auto)?;
+        let prepared = PreparedTier::new(&windowed, tier, Engine::Auto)?;
         let build_time_s = (tier == Tier::Rtl).then(|| started.elapsed().as_secs_f64());
         // The reference's own runs share their random numbers with it: their errors
         // are a little too small, and that of the last is none.
@@ -375,7 +378,7 @@ fn unless_left_out<R>(
 /// What a tier's runs say beside the reference; a warning if they say nothing.
 fn points_of(
     runs: &[points::TierRun],
-    reference: &Reference,
+    reference: &FidelityReference,
     target_error: f64,
     warnings: &mut Vec<String>,
 ) -> Vec<TierPoint> {

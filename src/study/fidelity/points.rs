@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Agreement, FidelityError, Reference, SensorPoint, TierPoint};
+use super::{FidelityError, FidelityReference, SensorPoint, TargetAgreement, TierPoint};
 use crate::estimate::{CountingTier, calibration_offset_ps, predict};
 use crate::math::NORMAL_95;
 use crate::plan::{Part, Saving};
@@ -11,7 +11,7 @@ use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::path_statistics::PathStatistics;
 use crate::simulate::repeat::Simulated;
-use crate::simulate::scans::Prepared;
+use crate::simulate::scans::PreparedTier;
 
 /// Numbers of scans that are tried, as far as the time goes, before as many as are
 /// needed.
@@ -37,7 +37,7 @@ pub struct TierRun {
 /// next run would not fit into `budget`; at least the first.
 pub fn grow(
     sensor: &Sensor,
-    prepared: &Prepared,
+    prepared: &PreparedTier,
     path: PathIndex,
     seed: u64,
     (budget, target_error): (Duration, f64),
@@ -114,7 +114,7 @@ pub fn cost(runs: &[(u64, f64)]) -> Option<(f64, f64)> {
 }
 
 /// The reference that a run gives.
-pub fn reference(run: Option<&TierRun>) -> Result<Reference, FidelityError> {
+pub fn reference(run: Option<&TierRun>) -> Result<FidelityReference, FidelityError> {
     let run = run.ok_or(FidelityError::NoPath)?;
     let s = &run.statistics;
     let missed = s.missed_fraction.zip(s.missed_fraction_ci95);
@@ -125,7 +125,7 @@ pub fn reference(run: Option<&TierRun>) -> Result<Reference, FidelityError> {
             Some(bias_m),
             Some(bias_std_error_m),
             Some(missed),
-        ) if std_m > 0.0 => Ok(Reference {
+        ) if std_m > 0.0 => Ok(FidelityReference {
             fidelity: super::REFERENCE_NAME,
             repetitions: run.repetitions,
             run_time_s: run.run_time_s,
@@ -148,7 +148,7 @@ pub fn reference(run: Option<&TierRun>) -> Result<Reference, FidelityError> {
 /// Holds a run's standard deviation, bias and share of missed peaks against the
 /// reference's, with the standard errors of both; none where the run has too few
 /// estimates.
-pub fn point(run: &TierRun, reference: &Reference, target_error: f64) -> Option<TierPoint> {
+pub fn point(run: &TierRun, reference: &FidelityReference, target_error: f64) -> Option<TierPoint> {
     let s = &run.statistics;
     let (std_m, bias_m) = (s.std_m?, s.bias_m?);
     // What draws nothing has no errors of its own.
@@ -181,12 +181,12 @@ pub fn point(run: &TierRun, reference: &Reference, target_error: f64) -> Option<
         bias_error_in_std_ci95: interval(bias_error, of_bias),
         missed_fraction_error: s.missed_fraction.map(|m| m - reference.missed_fraction),
         missed_fraction_error_ci95: missed_ci,
-        verdict: Agreement::Unresolved,
+        verdict: TargetAgreement::Unresolved,
         pareto: false,
     };
     point.verdict = match run.tier {
         // It is the reference.
-        Tier::Sampled => Agreement::Holds,
+        Tier::Sampled => TargetAgreement::Holds,
         _ => point.judge(target_error),
     };
     Some(point)
@@ -194,17 +194,17 @@ pub fn point(run: &TierRun, reference: &Reference, target_error: f64) -> Option<
 
 impl TierPoint {
     /// Whether all three errors are seen to be within the target.
-    fn judge(&self, target_error: f64) -> Agreement {
+    fn judge(&self, target_error: f64) -> TargetAgreement {
         let Some(missed_ci) = self.missed_fraction_error_ci95 else {
-            return Agreement::Unresolved;
+            return TargetAgreement::Unresolved;
         };
         let intervals = [self.std_relative_error_ci95, self.bias_error_in_std_ci95, missed_ci];
         if intervals.iter().all(|&ci| worst(ci) <= target_error) {
-            Agreement::Holds
+            TargetAgreement::Holds
         } else if intervals.iter().any(|&ci| least(ci) > target_error) {
-            Agreement::Differs
+            TargetAgreement::Differs
         } else {
-            Agreement::Unresolved
+            TargetAgreement::Unresolved
         }
     }
 }

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::points::worst;
-use super::{FidelityReport, Reference, SensorPoint, TierPoint};
+use super::{FidelityReference, FidelityReport, SensorPoint, TierPoint};
 use crate::files::{FileError, OutputFolder};
-use crate::report::chart::{Axis, Chart, Mark, Panel, Role};
+use crate::report::chart::{Chart, ChartAxis, DrawingRole, Mark, Panel};
 use crate::report::columns::Lines;
 use crate::report::table::{Table, fields};
 use crate::simulate::Tier;
@@ -29,7 +29,7 @@ impl FidelityReport {
 
     fn heading(&self) -> String {
         let FidelityReport { scene, seed, reference: r, .. } = self;
-        let Reference { fidelity, repetitions, missed_fraction_ci95: [low, high], .. } = r;
+        let FidelityReference { fidelity, repetitions, missed_fraction_ci95: [low, high], .. } = r;
         let [std, std_error, bias, bias_error] =
             [r.std_m, r.std_std_error_m, r.bias_m, r.bias_std_error_m].map(|metres| metres * 1e3);
         let [missed, low, high] = [r.missed_fraction, *low, *high].map(|share| share * 100.0);
@@ -162,7 +162,7 @@ impl FidelityReport {
             })
             .table();
         let panel = |column: &str, label: &str| {
-            Panel::new(Axis::log("run_time_s", "run time (s)"), Axis::log(column, label))
+            Panel::new(ChartAxis::log("run_time_s", "run time (s)"), ChartAxis::log(column, label))
         };
         let mut front: Vec<&TierPoint> = self.tiers.iter().filter(|tier| tier.pareto).collect();
         front.sort_by(|a, b| a.run_time_s.total_cmp(&b.run_time_s));
@@ -171,7 +171,7 @@ impl FidelityReport {
         let panels = [
             panel("std_error", "error of the standard deviation (%)").with(
                 "Pareto front",
-                Role::Truth,
+                DrawingRole::Truth,
                 Mark::Line,
                 front.iter().map(corner),
             ),
@@ -200,8 +200,8 @@ impl FidelityReport {
             format!("{power} x power, {rate:.2} Mcps")
         });
         let panel = |column: &str, label: &str| {
-            let x = Axis::log("integration_s", "integration time per phase step (us)");
-            Panel::new(x, Axis::log(column, label)).curves(&drawn, Mark::LineAndDots)
+            let x = ChartAxis::log("integration_s", "integration time per phase step (us)");
+            Panel::new(x, ChartAxis::log(column, label)).curves(&drawn, Mark::LineAndDots)
         };
         Chart {
             title: format!("{}: expected error of the phase estimate", self.scene),

@@ -31,7 +31,7 @@ struct ErrorAt {
 }
 
 /// The circular error for zeta = 0..4.
-pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
+pub fn circular_error(run: &mut FigureScans) -> Result<Figure, FigureError> {
     let spec = CodeSpec { degree: Some(DEGREE), ..CodeSpec::new(Family::MSequence) };
     let code = spec.build().map(Arc::new)?;
     let mut rows = Vec::new();
@@ -58,12 +58,15 @@ pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
             .named(|_, row| row.name.replace(estimator, ""))
     };
     let panel = |y| {
-        Panel::new(Axis::linear("sub_step_delay", "delay beyond a whole phase step (of T_s)"), y)
+        Panel::new(
+            ChartAxis::linear("sub_step_delay", "delay beyond a whole phase step (of T_s)"),
+            y,
+        )
     };
     let panels = vec![
-        panel(Axis::log("error_m", "size of the phase estimator's error (mm)"))
+        panel(ChartAxis::log("error_m", "size of the phase estimator's error (mm)"))
             .curves(&of("phase "), Mark::Line),
-        panel(Axis::linear("error_m", "error of the model estimator (mm)"))
+        panel(ChartAxis::linear("error_m", "error of the model estimator (mm)"))
             .curves(&of("model "), Mark::Dots)
             .limits(LIMIT_MM, "mm"),
     ];
@@ -72,7 +75,7 @@ pub fn circular_error(run: &mut Run) -> Result<Figure, RunError> {
 }
 
 /// The phase estimator's errors with 2^zeta phase steps of a chip.
-fn phase_errors(code: &Arc<Code>, zeta: u32, rows: &mut Vec<ErrorAt>) -> Result<(), RunError> {
+fn phase_errors(code: &Arc<Code>, zeta: u32, rows: &mut Vec<ErrorAt>) -> Result<(), FigureError> {
     for sixtieth in 0..=60 {
         let delay = f64::from(sixtieth) / 60.0;
         let error = phase_error_m(code, 1 << zeta, delay)?.spread();
@@ -83,11 +86,11 @@ fn phase_errors(code: &Arc<Code>, zeta: u32, rows: &mut Vec<ErrorAt>) -> Result<
 
 /// The model estimator's errors in scans with noise.
 fn model_errors(
-    run: &mut Run,
+    run: &mut FigureScans,
     code: &Arc<Code>,
     zeta: u32,
     rows: &mut Vec<ErrorAt>,
-) -> Result<(), RunError> {
+) -> Result<(), FigureError> {
     for sixth in 0..=6 {
         // Side by side in the drawing.
         let delay = (f64::from(sixth) + (f64::from(zeta) - 2.0) * 0.06) / 6.0;
@@ -103,7 +106,7 @@ fn model_errors(
 fn ideal_scene(code: &Arc<Code>, samples_per_chip: u32, delay: f64, periods: u64) -> Scene {
     let step_ps = CHIP_PERIOD_PS / f64::from(samples_per_chip);
     let delay_ps = 5.0 * CHIP_PERIOD_PS + delay * step_ps;
-    let mut scene = sensor(&[Light::new(code, POWER_PW).at(delay_ps)], 1e-3);
+    let mut scene = sensor(&[PathLight::new(code, POWER_PW).at(delay_ps)], 1e-3);
     scene.samples_per_chip = samples_per_chip;
     scene.sources[0].extinction_ratio = f64::INFINITY;
     scene.scan.steps = u64::from(samples_per_chip) * code.len();
@@ -126,7 +129,7 @@ fn phase_error_m(
     code: &Arc<Code>,
     samples_per_chip: u32,
     delay: f64,
-) -> Result<Option<f64>, RunError> {
+) -> Result<Option<f64>, FigureError> {
     let scene = ideal_scene(code, samples_per_chip, delay, PERIODS_WITHOUT_NOISE);
     let sensor = Sensor::new(&scene);
     let model = DetectorModel::new(&sensor, DetectorIndex(0));

@@ -1,7 +1,7 @@
 //! Mean correlations with their intervals: Figs. 7, 9, 10 and 11; of the last three, which
 //! are of two lights, also what both estimators say of the distances.
 
-use super::many::Beside;
+use super::many::MovingPathEstimates;
 use super::prelude::*;
 
 /// Integration time of Figs. 7 and 9 to 11.
@@ -14,7 +14,11 @@ struct Correlation {
 }
 
 impl Correlation {
-    fn measure(run: &mut Run, label: String, scene: &Scene) -> Result<Correlation, RunError> {
+    fn measure(
+        run: &mut FigureScans,
+        label: String,
+        scene: &Scene,
+    ) -> Result<Correlation, FigureError> {
         let counts = delays_chips(scene).into_iter().zip(run.mean_counts(scene)?);
         Ok(Correlation { label, counts: counts.collect() })
     }
@@ -23,7 +27,7 @@ impl Correlation {
 fn figure(
     title: &str,
     correlations: &[Correlation],
-    distances: Option<&Beside>,
+    distances: Option<&MovingPathEstimates>,
     claims: Vec<Claim>,
 ) -> Figure {
     let rows = correlations.iter().flat_map(|of| of.counts.iter().map(|at| (&of.label, at)));
@@ -33,8 +37,8 @@ fn figure(
         .interval("count", |(_, at)| at.1)
         .table();
     let panel = Panel::new(
-        Axis::linear("delay_chips", "delay of the reference, calibrated (chips of 8 ns)"),
-        Axis::linear("count", "mean count of a phase step"),
+        ChartAxis::linear("delay_chips", "delay of the reference, calibrated (chips of 8 ns)"),
+        ChartAxis::linear("count", "mean count of a phase step"),
     );
     let mut panels = vec![panel.curves(&counts, Mark::LineAndDots)];
     let mut table = counts;
@@ -46,10 +50,10 @@ fn figure(
 }
 
 /// Fig. 7: one source, interleaving depths 0 to 2.
-pub fn interleaving(run: &mut Run) -> Result<Figure, RunError> {
+pub fn interleaving(run: &mut FigureScans) -> Result<Figure, FigureError> {
     let mut correlations = Vec::new();
     for nu in 0..=2 {
-        let light = Light::new(&balanced_gold(0, nu)?, POWER_PW);
+        let light = PathLight::new(&balanced_gold(0, nu)?, POWER_PW);
         let scene = window(sensor(&[light], INTEGRATION_S), TARGET_PS, 5);
         let label = format!("ν = {nu}");
         correlations.push(Correlation::measure(run, label, &scene)?);
@@ -59,15 +63,15 @@ pub fn interleaving(run: &mut Run) -> Result<Figure, RunError> {
 }
 
 /// Fig. 9: the target moves, another code of equal power stays.
-pub fn interferer(run: &mut Run) -> Result<Figure, RunError> {
+pub fn interferer(run: &mut FigureScans) -> Result<Figure, FigureError> {
     const FIXED_CHIPS: f64 = 12.0;
     let (own, other) = (balanced_gold(0, 0)?, balanced_gold(1, 0)?);
     let mut correlations = Vec::new();
     let mut scenes = Vec::new();
     for target_chips in [2.0, 5.0, 8.0, 11.0, 14.0] {
         let lights = [
-            Light::new(&own, POWER_PW).at(target_chips * CHIP_PERIOD_PS),
-            Light::new(&other, POWER_PW).at(FIXED_CHIPS * CHIP_PERIOD_PS),
+            PathLight::new(&own, POWER_PW).at(target_chips * CHIP_PERIOD_PS),
+            PathLight::new(&other, POWER_PW).at(FIXED_CHIPS * CHIP_PERIOD_PS),
         ];
         let middle_ps = FIXED_CHIPS * CHIP_PERIOD_PS;
         let scene = window(sensor(&lights, INTEGRATION_S), middle_ps, 12);
@@ -82,7 +86,7 @@ pub fn interferer(run: &mut Run) -> Result<Figure, RunError> {
 }
 
 /// Fig. 10: one path moves, another of the same code stays.
-pub fn two_paths(run: &mut Run) -> Result<Figure, RunError> {
+pub fn two_paths(run: &mut FigureScans) -> Result<Figure, FigureError> {
     const FIXED_CHIPS: f64 = 12.0;
     let mut correlations = Vec::new();
     let mut scenes = Vec::new();
@@ -103,17 +107,20 @@ pub fn two_paths(run: &mut Run) -> Result<Figure, RunError> {
 
 /// Two paths of one code at these delays, half of the usual power each, and a
 /// window round the second.
-fn paths_apart(first: f64, second: f64, half_chips: u64) -> Result<Scene, RunError> {
+fn paths_apart(first: f64, second: f64, half_chips: u64) -> Result<Scene, FigureError> {
     let code = balanced_gold(0, 0)?;
-    let lights =
-        [first, second].map(|chips| Light::new(&code, POWER_PW / 2.0).at(chips * CHIP_PERIOD_PS));
+    let lights = [first, second]
+        .map(|chips| PathLight::new(&code, POWER_PW / 2.0).at(chips * CHIP_PERIOD_PS));
     let scene = sensor(&lights, INTEGRATION_S);
     Ok(window(scene, second * CHIP_PERIOD_PS, half_chips))
 }
 
 /// What both estimators say of two paths, by the delay of the first.
-fn distances_of(run: &mut Run, scenes: &[(f64, Scene)]) -> Result<Beside, RunError> {
-    let mut distances = Beside::default();
+fn distances_of(
+    run: &mut FigureScans,
+    scenes: &[(f64, Scene)],
+) -> Result<MovingPathEstimates, FigureError> {
+    let mut distances = MovingPathEstimates::default();
     for (moving_chips, scene) in scenes {
         distances.measure(run, *moving_chips, scene)?;
     }
@@ -121,7 +128,7 @@ fn distances_of(run: &mut Run, scenes: &[(f64, Scene)]) -> Result<Beside, RunErr
 }
 
 /// Fig. 11, which decides C7.
-pub fn path_resolution(run: &mut Run) -> Result<Figure, RunError> {
+pub fn path_resolution(run: &mut FigureScans) -> Result<Figure, FigureError> {
     /// Phase steps between the paths; 12 of them are 1.5 chips.
     const APART: [usize; 6] = [0, 4, 8, 10, 12, 16];
     const HALF_CHIPS: u64 = 5;

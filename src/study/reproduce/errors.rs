@@ -12,7 +12,7 @@ const INTEGRATION_S: f64 = 1.04e-3;
 const HALF_WINDOW_CHIPS: u64 = 3;
 
 /// Bias against light level, for three codes.
-pub fn range_walk(run: &mut Run) -> Result<Figure, RunError> {
+pub fn range_walk(run: &mut FigureScans) -> Result<Figure, FigureError> {
     /// Powers in picowatts are so many factors of two above half a picowatt.
     const OCTAVES: i32 = 8;
     let by_model = ByModel { tier: Tier::Events, scans: (run.repetitions() / 2).max(2) };
@@ -27,7 +27,7 @@ pub fn range_walk(run: &mut Run) -> Result<Figure, RunError> {
     let mut biases = Vec::new();
     for (label, code) in &codes {
         let scene = |power_pw: f64, integration_s: f64| {
-            let scene = sensor(&[Light::new(code, power_pw)], integration_s);
+            let scene = sensor(&[PathLight::new(code, power_pw)], integration_s);
             window(scene, TARGET_PS, HALF_WINDOW_CHIPS)
         };
         let bias = Bias::of_phase(run, label, &fine, &coarse, |p| scene(p, INTEGRATION_S))?;
@@ -38,14 +38,14 @@ pub fn range_walk(run: &mut Run) -> Result<Figure, RunError> {
     }
     let frame = Frame {
         title: "Range walk: bias of the distance against the light level",
-        x: Axis::log("power_pw", "optical power at the detector (pW)"),
+        x: ChartAxis::log("power_pw", "optical power at the detector (pW)"),
         limit_mm: 0.5,
     };
     Ok(figure(frame, &biases))
 }
 
 /// Bias against the delay of another code's light relative to the target's.
-pub fn interference(run: &mut Run) -> Result<Figure, RunError> {
+pub fn interference(run: &mut FigureScans) -> Result<Figure, FigureError> {
     /// Whole scans by single detections would take an hour.
     const BY_MODEL: ByModel = ByModel { tier: Tier::Counts, scans: 16 };
     let fine: Vec<f64> = (0..=64).map(|i| f64::from(i) / 2.0).collect();
@@ -53,7 +53,7 @@ pub fn interference(run: &mut Run) -> Result<Figure, RunError> {
     let (own, other) = (balanced_gold(0, 0)?, balanced_gold(1, 0)?);
     let both = |chips: f64, integration_s: f64| {
         let later = TARGET_PS + chips * CHIP_PERIOD_PS;
-        let lights = [Light::new(&own, POWER_PW), Light::new(&other, POWER_PW).at(later)];
+        let lights = [PathLight::new(&own, POWER_PW), PathLight::new(&other, POWER_PW).at(later)];
         sensor(&lights, integration_s)
     };
     let bias = Bias::of_phase(run, "second Gold code", &fine, &coarse, |chips| {
@@ -62,12 +62,12 @@ pub fn interference(run: &mut Run) -> Result<Figure, RunError> {
     .and_model(run, BY_MODEL, &coarse, |chips| both(chips, 100.0 * INTEGRATION_S))?;
     // The same light without modulation moves the mean as well: that is walk.
     let alone = Bias::of_phase(run, "no second source", &[0.0, 32.0], &[], |_| {
-        let scene = sensor(&[Light::new(&own, POWER_PW)], INTEGRATION_S);
+        let scene = sensor(&[PathLight::new(&own, POWER_PW)], INTEGRATION_S);
         window(scene, TARGET_PS, HALF_WINDOW_CHIPS)
     })?;
     let frame = Frame {
         title: "Interference: bias of the distance with another code of equal power, 4 pW each",
-        x: Axis::linear(
+        x: ChartAxis::linear(
             "relative_delay_chips",
             "delay of the second source relative to the target's light (chips)",
         ),
@@ -83,7 +83,7 @@ pub fn interference(run: &mut Run) -> Result<Figure, RunError> {
 
 /// Peak to peak of the phase estimator's bias over all relative delays, against the
 /// light level; rows for the table, and the largest in words.
-fn all_delays(own: &Arc<Code>, other: &Arc<Code>) -> Result<(Table, Panel, String), RunError> {
+fn all_delays(own: &Arc<Code>, other: &Arc<Code>) -> Result<(Table, Panel, String), FigureError> {
     const POWERS_PW: [f64; 9] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
     let candidates = Candidates::of(own, other);
     let mut rows = Vec::new();
@@ -115,10 +115,14 @@ fn all_delays(own: &Arc<Code>, other: &Arc<Code>) -> Result<(Table, Panel, Strin
         .column("relative_delay_chips", |(.., end)| end.relative_delay_chips)
         .column("bias_m", |(.., end)| end.bias_m);
     let panel = Panel::new(
-        Axis::log("", "optical power at the detector, of each source (pW)"),
-        Axis::linear("", "phase estimator's bias over all delays, peak to peak (mm)"),
+        ChartAxis::log("", "optical power at the detector, of each source (pW)"),
+        ChartAxis::linear("", "phase estimator's bias over all delays, peak to peak (mm)"),
     );
-    Ok((table.table(), panel.with("exact", Role::Expected, Mark::LineAndDots, ranges_mm), note))
+    Ok((
+        table.table(),
+        panel.with("exact", DrawingRole::Expected, Mark::LineAndDots, ranges_mm),
+        note,
+    ))
 }
 
 /// How the model estimator's bias is simulated.
@@ -141,12 +145,12 @@ impl Bias {
     /// The phase estimator's bias, exact for each of `fine`, simulated for each of
     /// `coarse`; `scene` gives the scene for one value of x.
     pub fn of_phase(
-        run: &mut Run,
+        run: &mut FigureScans,
         label: &str,
         fine: &[f64],
         coarse: &[f64],
         scene: impl Fn(f64) -> Scene,
-    ) -> Result<Bias, RunError> {
+    ) -> Result<Bias, FigureError> {
         let mut bias = Bias { label: label.to_owned(), rows: Vec::new() };
         for &x in fine {
             bias.push(PHASE_EXACT, x, expected(&scene(x))?.bias_m);
@@ -160,11 +164,11 @@ impl Bias {
     /// Adds the model estimator's bias for each of `coarse`.
     pub fn and_model(
         mut self,
-        run: &mut Run,
+        run: &mut FigureScans,
         by: ByModel,
         coarse: &[f64],
         scene: impl Fn(f64) -> Scene,
-    ) -> Result<Bias, RunError> {
+    ) -> Result<Bias, FigureError> {
         for &x in coarse {
             let scene = Scene { estimator: EstimatorKind::Model, ..scene(x) };
             self.push(MODEL, x, run.fitted_bias_m(&scene, by.tier, by.scans)?);
@@ -172,7 +176,7 @@ impl Bias {
         Ok(self)
     }
 
-    fn push(&mut self, kind: &str, x: f64, bias_m: impl Spread) {
+    fn push(&mut self, kind: &str, x: f64, bias_m: impl WithInterval) {
         self.rows.push((self.label.clone() + kind, x, bias_m.spread()));
     }
 }
@@ -180,7 +184,7 @@ impl Bias {
 /// What a figure of biases says beside its data.
 pub struct Frame<'a> {
     pub title: &'a str,
-    pub x: Axis,
+    pub x: ChartAxis,
     /// What the model estimator's bias is to stay below, in millimetres.
     pub limit_mm: f64,
 }
@@ -197,7 +201,7 @@ pub fn figure(frame: Frame, biases: &[Bias]) -> Figure {
         let of_kind = table.only(|_, row| row.name.ends_with(kind));
         of_kind.named(|_, row| row.name.trim_end_matches(kind).to_owned())
     };
-    let panel = |label: &str| Panel::new(frame.x.clone(), Axis::linear("bias_m", label));
+    let panel = |label: &str| Panel::new(frame.x.clone(), ChartAxis::linear("bias_m", label));
     let panels = vec![
         panel("bias of the phase estimator (mm); lines: exact")
             .curves(&part(PHASE_EXACT), Mark::Line)
@@ -215,7 +219,7 @@ const PHASE: &str = ", phase, simulated";
 const MODEL: &str = ", model, simulated";
 
 /// How often the estimate of a whole code period is more than a chip off.
-pub fn coarse_search(run: &mut Run) -> Result<Figure, RunError> {
+pub fn coarse_search(run: &mut FigureScans) -> Result<Figure, FigureError> {
     const POWERS_PW: [f64; 9] = [0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8];
     const INTEGRATION_S: f64 = 104.8e-6;
     let mut rows = Vec::new();
@@ -226,7 +230,7 @@ pub fn coarse_search(run: &mut Run) -> Result<Figure, RunError> {
         for nu in 0..=1 {
             let code = balanced_gold(0, nu)?;
             for power_pw in POWERS_PW {
-                let mut scene = sensor(&[Light::new(&code, power_pw)], INTEGRATION_S);
+                let mut scene = sensor(&[PathLight::new(&code, power_pw)], INTEGRATION_S);
                 scene.estimator = estimator;
                 scene.other_light = OtherLight::None;
                 let failures = run.search(&scene)?.complement();
@@ -240,8 +244,8 @@ pub fn coarse_search(run: &mut Run) -> Result<Figure, RunError> {
         .interval("failures", |row| row.2)
         .table();
     let panel = Panel::new(
-        Axis::log("power_pw", "optical power at the detector (pW)"),
-        Axis::linear("failures", "share of scans that miss the target"),
+        ChartAxis::log("power_pw", "optical power at the detector (pW)"),
+        ChartAxis::linear("failures", "share of scans that miss the target"),
     );
     let title = "Global coarse search: failures at low light, 104.8 µs per phase step";
     let panel = panel.curves(&table, Mark::LineAndDots);

@@ -54,11 +54,11 @@ impl Candidates {
         other: &Arc<Code>,
         power_pw: f64,
         integration_s: f64,
-    ) -> Result<[Extreme; 2], RunError> {
-        let at = |delay: u64| -> Result<Extreme, RunError> {
+    ) -> Result<[Extreme; 2], FigureError> {
+        let at = |delay: u64| -> Result<Extreme, FigureError> {
             let relative_delay_chips = delay as f64 / f64::from(SAMPLES_PER_CHIP);
             let later = TARGET_PS + relative_delay_chips * CHIP_PERIOD_PS;
-            let lights = [Light::new(own, power_pw), Light::new(other, power_pw).at(later)];
+            let lights = [PathLight::new(own, power_pw), PathLight::new(other, power_pw).at(later)];
             let scene = window(sensor(&lights, integration_s), TARGET_PS, 3);
             Ok(Extreme { relative_delay_chips, bias_m: expected(&scene)?.bias_m })
         };

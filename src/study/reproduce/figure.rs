@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::prelude::*;
-use super::{FigureId, ReproduceOptions, RunError};
+use super::{FigureError, FigureId, ReproduceOptions};
 use crate::exact;
 use crate::files::{FileError, OutputFolder};
 use crate::report::chart::Chart;
@@ -224,7 +224,7 @@ impl MadeFigure {
     ///
     /// # Errors
     /// When it cannot be made.
-    pub fn new(id: FigureId, options: &ReproduceOptions) -> Result<MadeFigure, RunError> {
+    pub fn new(id: FigureId, options: &ReproduceOptions) -> Result<MadeFigure, FigureError> {
         let started = Instant::now();
         let Figure { chart, table, claims, notes } = id.make(options)?;
         Ok(MadeFigure {

@@ -33,8 +33,8 @@ pub use self::figure::Claim;
 pub use self::figure::ClaimVerdict;
 use self::figure::Figure;
 pub use self::figure::MadeFigure;
-use self::run::Run;
-pub use self::run::RunError;
+pub use self::run::FigureError;
+use self::run::FigureScans;
 use crate::files::{FileError, OutputFolder};
 
 /// Declares the figures: what each shows, its name, what the command line calls it, the
@@ -64,8 +64,8 @@ macro_rules! figures {
             }
 
             /// Makes it.
-            fn make(self, options: &ReproduceOptions) -> Result<Figure, RunError> {
-                let mut run = Run::new(self, options);
+            fn make(self, options: &ReproduceOptions) -> Result<Figure, FigureError> {
+                let mut run = FigureScans::new(self, options);
                 match self { $(FigureId::$id => $make(&mut run),)* }
             }
 
@@ -155,7 +155,7 @@ impl Default for ReproduceOptions {
 pub enum ReproduceError {
     /// Scans could not be simulated, or what they are held against not be had.
     #[error(transparent)]
-    Run(#[from] RunError),
+    Run(#[from] FigureError),
     /// A file could not be written.
     #[error(transparent)]
     File(#[from] FileError),

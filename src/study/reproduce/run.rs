@@ -28,15 +28,15 @@ const USUAL_INTEGRATION_PS: f64 = 1.04e9;
 
 /// Makes the scans of one figure; every call has random numbers of its own.
 #[derive(Debug)]
-pub struct Run {
+pub struct FigureScans {
     seed: u64,
     repetitions: u64,
 }
 
-impl Run {
+impl FigureScans {
     /// A run for one figure.
-    pub fn new(id: FigureId, options: &ReproduceOptions) -> Run {
-        Run {
+    pub fn new(id: FigureId, options: &ReproduceOptions) -> FigureScans {
+        FigureScans {
             seed: options.seed ^ (id.ordinal() + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15),
             repetitions: options.repetitions.max(2),
         }
@@ -49,7 +49,7 @@ impl Run {
     }
 
     /// Share of scans over whole code periods that find the target.
-    pub fn search(&mut self, scene: &Scene) -> Result<Measured, RunError> {
+    pub fn search(&mut self, scene: &Scene) -> Result<Measured, FigureError> {
         let seed = self.next_seed();
         let scans = self.repetitions.min(match scene.estimator {
             EstimatorKind::Fft => SEARCH_SCANS,
@@ -72,12 +72,12 @@ impl Run {
     }
 
     /// Errors of the phase estimates of the scene's first path.
-    pub fn errors(&mut self, scene: &Scene) -> Result<Errors, RunError> {
+    pub fn errors(&mut self, scene: &Scene) -> Result<Errors, FigureError> {
         self.share_of_errors(scene, 1)
     }
 
     /// The same from one of so many shares of the scans.
-    pub fn share_of_errors(&mut self, scene: &Scene, shares: u64) -> Result<Errors, RunError> {
+    pub fn share_of_errors(&mut self, scene: &Scene, shares: u64) -> Result<Errors, FigureError> {
         let scans = self.scans_of(scene).div_ceil(shares).max(2);
         phase_errors(scene, self.next_seed(), scans)
     }
@@ -87,9 +87,9 @@ impl Run {
         &mut self,
         scene: &Scene,
         shares: u64,
-    ) -> Result<Option<Errors>, RunError> {
+    ) -> Result<Option<Errors>, FigureError> {
         match self.share_of_errors(scene, shares) {
-            Err(RunError::NoStatistics { .. }) => Ok(None),
+            Err(FigureError::NoStatistics { .. }) => Ok(None),
             errors => errors.map(Some),
         }
     }
@@ -100,11 +100,11 @@ impl Run {
         scene: &Scene,
         tier: Tier,
         scans: u64,
-    ) -> Result<Measured, RunError> {
+    ) -> Result<Measured, FigureError> {
         let options = tier.scans(scans).seeded(self.next_seed());
         let path = &Sensor::new(scene).simulate(options)?.estimates[0];
         let (Some(bias_m), Some(error_m)) = (path.bias_m, path.bias_std_error_m) else {
-            return Err(RunError::NoStatistics { scans });
+            return Err(FigureError::NoStatistics { scans });
         };
         Ok(Measured::normal(bias_m, error_m))
     }
@@ -115,7 +115,7 @@ impl Run {
         &mut self,
         scene: &Scene,
         scans: u64,
-    ) -> Result<Measured, RunError> {
+    ) -> Result<Measured, FigureError> {
         let tier = CountingTier::Events;
         let sensor = Sensor::new(scene);
         let model = DetectorModel::new(&sensor, DetectorIndex(0));
@@ -130,30 +130,30 @@ impl Run {
             .map(distance_m)
             .collect();
         if errors_m.len() < 2 {
-            return Err(RunError::NoStatistics { scans });
+            return Err(FigureError::NoStatistics { scans });
         }
         Ok(sample_mean_of(&errors_m))
     }
 
     /// Standard deviation, in metres, of the estimator as the article prints it.
-    pub fn printed_std_m(&mut self, scene: &Scene) -> Result<Measured, RunError> {
+    pub fn printed_std_m(&mut self, scene: &Scene) -> Result<Measured, FigureError> {
         let scans = self.scans_of(scene);
         let mut distances = Vec::new();
         self.each_scan(scene, scans, |counts| {
             distances.extend(printed_distance_m(scene, counts));
         })?;
         if distances.len() < 2 {
-            return Err(RunError::NoStatistics { scans });
+            return Err(FigureError::NoStatistics { scans });
         }
         let range_m = distance_m(scene.timing().code_period_ps());
         // Those on either side of the range's border belong together.
         let unwrapped =
-            unwrap(&distances, range_m).map_err(|_| RunError::NoStatistics { scans })?;
+            unwrap(&distances, range_m).map_err(|_| FigureError::NoStatistics { scans })?;
         Ok(sample_std(&unwrapped))
     }
 
     /// Mean count of each phase step.
-    pub fn mean_counts(&mut self, scene: &Scene) -> Result<Vec<Measured>, RunError> {
+    pub fn mean_counts(&mut self, scene: &Scene) -> Result<Vec<Measured>, FigureError> {
         let n = self.repetitions.min(CORRELATION_SCANS);
         let steps = scene.scan.steps as usize;
         let (mut sums, mut squares) = (vec![0.0; steps], vec![0.0; steps]);
@@ -172,7 +172,7 @@ impl Run {
         &mut self,
         scene: &Scene,
         mut property: impl FnMut(&[i64]) -> bool,
-    ) -> Result<Measured, RunError> {
+    ) -> Result<Measured, FigureError> {
         let n = self.repetitions;
         let mut successes = 0;
         self.each_scan(scene, n, |counts| successes += u64::from(property(counts)))?;
@@ -184,7 +184,7 @@ impl Run {
         scene: &Scene,
         n: u64,
         mut on_scan: impl FnMut(&[i64]),
-    ) -> Result<(), RunError> {
+    ) -> Result<(), FigureError> {
         let seed = self.next_seed();
         let mut signed = Vec::new();
         scans(&Sensor::new(scene), DetectorIndex(0), Tier::Events, seed, n, |counts| {
@@ -198,7 +198,7 @@ impl Run {
 
 /// Why a figure could not be made.
 #[derive(Debug, thiserror::Error)]
-pub enum RunError {
+pub enum FigureError {
     /// A code could not be made.
     #[error(transparent)]
     Code(#[from] CodeError),
@@ -246,7 +246,7 @@ impl Errors {
 
 /// Simulates scans, single detection by single detection, and takes the phase
 /// estimator's errors against the first path.
-pub fn phase_errors(scene: &Scene, seed: u64, repetitions: u64) -> Result<Errors, RunError> {
+pub fn phase_errors(scene: &Scene, seed: u64, repetitions: u64) -> Result<Errors, FigureError> {
     let sensor = Sensor::new(scene);
     let timing = sensor.timing();
     let offset_ps = calibration_offset_ps(&sensor, DetectorIndex(0), CountingTier::Events);
@@ -269,7 +269,7 @@ pub fn phase_errors(scene: &Scene, seed: u64, repetitions: u64) -> Result<Errors
         }
     })?;
     if errors_m.len() < 2 {
-        return Err(RunError::NoStatistics { scans: repetitions });
+        return Err(FigureError::NoStatistics { scans: repetitions });
     }
     let found = errors_m.len() as u64;
     let most_frequent = coarse_steps.values().copied().max().unwrap_or(found);
@@ -312,12 +312,12 @@ pub fn printed_distance_m(scene: &Scene, counts: &[i64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::reproduce::sensor::{Light, gold, sensor};
+    use crate::study::reproduce::sensor::{PathLight, gold, sensor};
 
     #[test]
     fn a_triangle_at_a_step_returns_that_step_and_its_own_number_as_phase() {
         let code = gold(0, 0).expect("a Gold code");
-        let scene = sensor(&[Light::new(&code, 1.0)], 1e-4);
+        let scene = sensor(&[PathLight::new(&code, 1.0)], 1e-4);
         for k0 in [10_i64, 20, 37] {
             let counts: Vec<i64> =
                 (0..scene.scan.steps as i64).map(|k| 100 * (8 - (k - k0).abs()).max(0)).collect();

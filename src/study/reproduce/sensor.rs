@@ -59,7 +59,7 @@ pub fn square() -> Result<Arc<Code>, CodeError> {
 
 /// Light of one code over one path.
 #[derive(Debug, Clone)]
-pub struct Light {
+pub struct PathLight {
     /// The code.
     pub code: Arc<Code>,
     /// Mean power at the detector, in picowatts.
@@ -68,15 +68,15 @@ pub struct Light {
     pub delay_ps: f64,
 }
 
-impl Light {
+impl PathLight {
     /// Light of a code off the usual target.
-    pub fn new(code: &Arc<Code>, power_pw: f64) -> Light {
-        Light { code: code.clone(), power_pw, delay_ps: TARGET_PS }
+    pub fn new(code: &Arc<Code>, power_pw: f64) -> PathLight {
+        PathLight { code: code.clone(), power_pw, delay_ps: TARGET_PS }
     }
 
     /// The same light at another time of flight.
-    pub fn at(self, delay_ps: f64) -> Light {
-        Light { delay_ps, ..self }
+    pub fn at(self, delay_ps: f64) -> PathLight {
+        PathLight { delay_ps, ..self }
     }
 }
 
@@ -85,15 +85,15 @@ impl Light {
 ///
 /// # Panics
 /// If there is no light at all.
-pub fn sensor(lights: &[Light], integration_s: f64) -> Scene {
+pub fn sensor(lights: &[PathLight], integration_s: f64) -> Scene {
     let table_i = crate::study::table_i();
-    let source = |(number, light): (usize, &Light)| Source {
+    let source = |(number, light): (usize, &PathLight)| Source {
         name: format!("laser{number}"),
         code: light.code.clone(),
         mean_power_w: light.power_pw * 1e-12,
         ..table_i.sources[0].clone()
     };
-    let path = |(number, light): (usize, &Light)| Path {
+    let path = |(number, light): (usize, &PathLight)| Path {
         source: SourceIndex(number),
         delay_ps: light.delay_ps,
         ..table_i.paths[0].clone()
@@ -164,7 +164,7 @@ mod tests {
     fn a_window_has_the_target_at_its_middle_and_wraps_round_zero() {
         let code = balanced_gold(0, 0).expect("a Gold code");
         for delay_ps in [0.0, TARGET_PS, 1e6] {
-            let light = Light::new(&code, POWER_PW).at(delay_ps);
+            let light = PathLight::new(&code, POWER_PW).at(delay_ps);
             let scene = window(sensor(&[light], 104.8e-6), delay_ps, 4);
             let delays = delays_chips(&scene);
             assert_eq!(delays.len(), 65);
@@ -179,7 +179,7 @@ mod tests {
     fn no_pedestal_is_under_the_correlations() {
         for number in 0..2 {
             let code = balanced_gold(number, 0).expect("a Gold code");
-            let mut scene = sensor(&[Light::new(&code, POWER_PW)], 1e-3);
+            let mut scene = sensor(&[PathLight::new(&code, POWER_PW)], 1e-3);
             scene.scan.integration_chips = 60 * code.len();
             let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
             let response = MeanResponse::new(&model).expect("a mean response");
@@ -194,7 +194,7 @@ mod tests {
     #[test]
     fn a_short_code_is_scanned_whole() {
         let code = square().expect("a square wave");
-        let scene = window(sensor(&[Light::new(&code, 1.0)], 104.8e-6), TARGET_PS, 4);
+        let scene = window(sensor(&[PathLight::new(&code, 1.0)], 104.8e-6), TARGET_PS, 4);
         assert!(scene.scan.is_full());
         assert_eq!(scene.scan.integration_chips, 13_100);
     }

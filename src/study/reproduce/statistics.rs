@@ -1,7 +1,7 @@
 //! Confidence intervals, all at 95 %.
 
-use crate::math::{NORMAL_95, Sample, binomial_interval};
-use crate::report::table::Spread;
+use crate::math::{NORMAL_95, SampleStatistics, binomial_interval};
+use crate::report::table::WithInterval;
 
 /// A measured value with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,7 +51,7 @@ pub fn in_percent(share: Measured) -> String {
     format!("{value:.1} % ({low:.1} to {high:.1})")
 }
 
-impl Spread for Measured {
+impl WithInterval for Measured {
     fn spread(self) -> [Option<f64>; 3] {
         [self.value, self.low, self.high].map(Some)
     }
@@ -85,7 +85,7 @@ pub fn sample_mean(sum: f64, sum_of_squares: f64, n: u64) -> Measured {
 
 /// The same from the sample itself.
 pub fn sample_mean_of(values: &[f64]) -> Measured {
-    let sample = Sample::of(values.iter().copied());
+    let sample = SampleStatistics::of(values.iter().copied());
     Measured::normal(sample.mean, sample.standard_error())
 }
 
@@ -93,7 +93,8 @@ pub fn sample_mean_of(values: &[f64]) -> Measured {
 /// sample's own fourth moment, since distances are not normal where a coarse stage
 /// wavers between two steps.
 pub fn sample_std(values: &[f64]) -> Measured {
-    let Sample { number: n, variance, fourth, .. } = Sample::of(values.iter().copied());
+    let SampleStatistics { number: n, variance, fourth, .. } =
+        SampleStatistics::of(values.iter().copied());
     if variance == 0.0 {
         return Measured::normal(0.0, 0.0);
     }

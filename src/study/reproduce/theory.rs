@@ -9,7 +9,7 @@ const DEGREE: u32 = 11;
 const FAR_TARGET_PS: f64 = 16_011_076.6;
 
 /// Fig. 3, which decides C5 and C8.
-pub fn code_correlation(run: &mut Run) -> Result<Figure, RunError> {
+pub fn code_correlation(run: &mut FigureScans) -> Result<Figure, FigureError> {
     let mut rows = Vec::new();
     for nu in 0..=2 {
         let code = balanced_gold(0, nu)?;
@@ -23,8 +23,8 @@ pub fn code_correlation(run: &mut Run) -> Result<Figure, RunError> {
         .column("correlation", |row| row.2)
         .table();
     let panel = |label: &str| {
-        let y = Axis::linear("correlation", "autocorrelation, share of the peak");
-        Panel::new(Axis::linear("lag_chips", label), y)
+        let y = ChartAxis::linear("correlation", "autocorrelation, share of the peak");
+        Panel::new(ChartAxis::linear("lag_chips", label), y)
     };
     // The longest at the back, where it hides nothing.
     let mut whole = table.clone();
@@ -58,11 +58,11 @@ fn period_chips(code: &Code) -> u64 {
 }
 
 /// C5, with scans of a target near the end of the range.
-fn unambiguous_range(run: &mut Run) -> Result<Claim, RunError> {
+fn unambiguous_range(run: &mut FigureScans) -> Result<Claim, FigureError> {
     let (code, square) = (balanced_gold(0, 0)?, square()?);
     let range_m = |code: &Code| distance_m(period_chips(code) as f64 * CHIP_PERIOD_PS);
     let times = range_m(&code) / range_m(&square);
-    let light = Light::new(&code, POWER_PW).at(FAR_TARGET_PS);
+    let light = PathLight::new(&code, POWER_PW).at(FAR_TARGET_PS);
     let found: Measured = run.search(&sensor(&[light], 104.8e-6))?;
     let claim = [
         "C5",

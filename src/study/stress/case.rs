@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 /// What a case is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Group {
+#[schemars(rename = "Group")]
+pub enum CaseGroup {
     /// Time scales many decades apart.
     Stiff,
     /// No light, too much light, unmodulated light.
@@ -28,7 +29,7 @@ pub struct Case {
     /// Unique name, for `--case`.
     pub name: &'static str,
     /// What it is about.
-    pub group: Group,
+    pub group: CaseGroup,
     /// Whether it is in the fast subset.
     pub quick: bool,
     /// What is measured.
@@ -36,7 +37,7 @@ pub struct Case {
     /// Why the bound is right.
     pub why: &'static str,
     /// Does the measurement with a seed, which those that draw nothing leave aside.
-    pub run: fn(u64) -> Result<Measured, CaseError>,
+    pub run: fn(u64) -> Result<CaseMeasurement, CaseError>,
 }
 
 /// A table of cases: group, `quick` or `slow`, and name; what is measured; why the bound is
@@ -45,7 +46,7 @@ macro_rules! cases {
     ($($group:ident $speed:ident $name:literal: $what:expr, $why:expr, $run:expr;)*) => {
         &[$($crate::study::stress::case::Case {
             name: $name,
-            group: $crate::study::stress::case::Group::$group,
+            group: $crate::study::stress::case::CaseGroup::$group,
             quick: $crate::study::stress::case::is_quick(stringify!($speed)),
             what: $what,
             why: $why,
@@ -80,28 +81,29 @@ pub(super) use ensure;
 
 /// A measured number and the bound that it must keep.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measured {
+pub struct CaseMeasurement {
     /// The number.
     pub value: f64,
     /// Its unit, for people.
     pub unit: &'static str,
     /// What it must keep.
-    pub bound: Bound,
+    pub bound: CaseBound,
 }
 
 /// What a number must keep. NaN keeps nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-pub struct Bound {
+#[schemars(rename = "Bound")]
+pub struct CaseBound {
     /// Smallest value allowed.
     pub at_least: Option<f64>,
     /// Largest value allowed.
     pub at_most: Option<f64>,
 }
 
-impl Bound {
+impl CaseBound {
     /// This value and no other.
-    pub fn exactly(value: f64) -> Bound {
-        Bound { at_least: Some(value), at_most: Some(value) }
+    pub fn exactly(value: f64) -> CaseBound {
+        CaseBound { at_least: Some(value), at_most: Some(value) }
     }
 
     /// Whether `value` keeps the bound.
@@ -112,15 +114,15 @@ impl Bound {
     }
 }
 
-impl Measured {
+impl CaseMeasurement {
     /// A number between two.
     pub(super) fn between(
         value: f64,
         unit: &'static str,
         [least, most]: [f64; 2],
-    ) -> Result<Measured, CaseError> {
-        let bound = Bound { at_least: Some(least), at_most: Some(most) };
-        Ok(Measured { value, unit, bound })
+    ) -> Result<CaseMeasurement, CaseError> {
+        let bound = CaseBound { at_least: Some(least), at_most: Some(most) };
+        Ok(CaseMeasurement { value, unit, bound })
     }
 
     /// The largest magnitude of some errors, each no more than `limit`. Of no errors it would
@@ -129,8 +131,8 @@ impl Measured {
         errors: impl IntoIterator<Item = f64>,
         unit: &'static str,
         limit: f64,
-    ) -> Result<Measured, CaseError> {
-        Measured::between(worst(errors), unit, [0.0, limit])
+    ) -> Result<CaseMeasurement, CaseError> {
+        CaseMeasurement::between(worst(errors), unit, [0.0, limit])
     }
 
     /// A number that must be exactly `expected`.
@@ -138,8 +140,8 @@ impl Measured {
         value: f64,
         unit: &'static str,
         expected: f64,
-    ) -> Result<Measured, CaseError> {
-        Ok(Measured { value, unit, bound: Bound::exactly(expected) })
+    ) -> Result<CaseMeasurement, CaseError> {
+        Ok(CaseMeasurement { value, unit, bound: CaseBound::exactly(expected) })
     }
 
     /// Things that must not occur among `seen` of their kind, of which there must be some.
@@ -147,17 +149,17 @@ impl Measured {
         number: usize,
         seen: usize,
         unit: &'static str,
-    ) -> Result<Measured, CaseError> {
+    ) -> Result<CaseMeasurement, CaseError> {
         ensure!(seen > 0, "nothing was seen in which there could be any {unit}");
-        Measured::exactly(number as f64, unit, 0.0)
+        CaseMeasurement::exactly(number as f64, unit, 0.0)
     }
 
     /// Largest deviation from closed forms in standard errors, which must be at most
     /// four: by chance once in 16,000.
     pub(super) fn deviation(
         standard_errors: impl IntoIterator<Item = f64>,
-    ) -> Result<Measured, CaseError> {
-        Measured::largest(standard_errors, "standard errors", 4.0)
+    ) -> Result<CaseMeasurement, CaseError> {
+        CaseMeasurement::largest(standard_errors, "standard errors", 4.0)
     }
 }
 

@@ -82,7 +82,9 @@ fn m_sequence(degree: u32) -> Result<Vec<u8>, CaseError> {
     Ok(spec.build()?.chips)
 }
 
-fn wrong_m_sequence_lags(degrees: std::ops::RangeInclusive<u32>) -> Result<Measured, CaseError> {
+fn wrong_m_sequence_lags(
+    degrees: std::ops::RangeInclusive<u32>,
+) -> Result<CaseMeasurement, CaseError> {
     let (mut wrong, mut seen) = (0, 0);
     for degree in degrees {
         let chips = m_sequence(degree)?;
@@ -93,7 +95,7 @@ fn wrong_m_sequence_lags(degrees: std::ops::RangeInclusive<u32>) -> Result<Measu
         wrong += chips.len().abs_diff(found.len());
         seen += found.len();
     }
-    Measured::none(wrong, seen, "lags")
+    CaseMeasurement::none(wrong, seen, "lags")
 }
 
 /// Deviation of the signed counts of a scene of one phase step from that of a correlation of
@@ -109,7 +111,7 @@ fn simulated_m_sequence(
     degree: u32,
     integration_chips: u64,
     seed: u64,
-) -> Result<Measured, CaseError> {
+) -> Result<CaseMeasurement, CaseError> {
     let code = format!("{{ family = \"m-sequence\", degree = {degree} }}");
     let length = f64::from((1 << degree) - 1);
     let mut deviations = Vec::new();
@@ -120,10 +122,10 @@ fn simulated_m_sequence(
         scene.paths[0].delay_ps = 8e3 * delay_chips as f64;
         deviations.push(correlation_z(&scene, theta, seed));
     }
-    Measured::deviation(deviations)
+    CaseMeasurement::deviation(deviations)
 }
 
-fn interleaving_in_simulation(seed: u64) -> Result<Measured, CaseError> {
+fn interleaving_in_simulation(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut deviations = Vec::new();
     for nu in 0..=8 {
         let code = format!("{{ family = \"gold\", degree = 3, interleave = {nu} }}");
@@ -135,10 +137,10 @@ fn interleaving_in_simulation(seed: u64) -> Result<Measured, CaseError> {
             deviations.push(correlation_z(&scene, theta, seed));
         }
     }
-    Measured::deviation(deviations)
+    CaseMeasurement::deviation(deviations)
 }
 
-fn samples_per_chip_in_simulation(seed: u64) -> Result<Measured, CaseError> {
+fn samples_per_chip_in_simulation(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut deviations = Vec::new();
     for samples in [1, 2, 4, 8, 16, 32, 64] {
         let step = 11 * u64::from(samples) / 2;
@@ -148,10 +150,10 @@ fn samples_per_chip_in_simulation(seed: u64) -> Result<Measured, CaseError> {
         scene.paths[0].delay_ps = 8e3 * (step as f64 - 0.5) * step_chips;
         deviations.push(correlation_z(&scene, 31.0 - 0.5 * step_chips * 32.0, seed));
     }
-    Measured::deviation(deviations)
+    CaseMeasurement::deviation(deviations)
 }
 
-fn interleaving() -> Result<Measured, CaseError> {
+fn interleaving() -> Result<CaseMeasurement, CaseError> {
     let code = |interleave| {
         CodeSpec { degree: Some(7), interleave, ..CodeSpec::new(Family::Gold) }.build()
     };
@@ -169,7 +171,7 @@ fn interleaving() -> Result<Measured, CaseError> {
             wrong += usize::from(theta != sign * ((depth - s) * base[q] + s * next));
         }
     }
-    Measured::none(wrong, base.len(), "lags")
+    CaseMeasurement::none(wrong, base.len(), "lags")
 }
 
 /// A scene without light whose scan covers 31 chips with S samples each.
@@ -201,7 +203,7 @@ fn triangle_error(scene: &Scene, delay_steps: f64) -> Result<f64, CaseError> {
     Ok((turns - turns.round()) * period)
 }
 
-fn samples_per_chip() -> Result<Measured, CaseError> {
+fn samples_per_chip() -> Result<CaseMeasurement, CaseError> {
     let mut errors = Vec::new();
     for samples in [2, 4, 8, 16, 32, 64] {
         let scene = scan_of(samples)?;
@@ -209,10 +211,10 @@ fn samples_per_chip() -> Result<Measured, CaseError> {
             errors.push(triangle_error(&scene, 3.0 * f64::from(n) / 64.0)?);
         }
     }
-    Measured::largest(errors, "phase steps", 0.5)
+    CaseMeasurement::largest(errors, "phase steps", 0.5)
 }
 
-fn centred_triangles() -> Result<Measured, CaseError> {
+fn centred_triangles() -> Result<CaseMeasurement, CaseError> {
     let mut errors = Vec::new();
     for samples in [2, 4, 8, 16, 32, 64] {
         let scene = scan_of(samples)?;
@@ -220,10 +222,10 @@ fn centred_triangles() -> Result<Measured, CaseError> {
             errors.push(triangle_error(&scene, step as f64)?);
         }
     }
-    Measured::largest(errors, "phase steps", 1e-9)
+    CaseMeasurement::largest(errors, "phase steps", 1e-9)
 }
 
-fn one_sample_per_chip() -> Result<Measured, CaseError> {
+fn one_sample_per_chip() -> Result<CaseMeasurement, CaseError> {
     let scene = scan_of(1)?;
     let mut wrong = 0;
     for n in 0..310 {
@@ -234,19 +236,19 @@ fn one_sample_per_chip() -> Result<Measured, CaseError> {
         let is_right = found.coarse_only == Some(CoarseOnly::OneSamplePerChip);
         wrong += usize::from(!is_right || error > 0.5 + 1e-9);
     }
-    Measured::none(wrong, 310, "scans")
+    CaseMeasurement::none(wrong, 310, "scans")
 }
 
-fn one_step() -> Result<Measured, CaseError> {
+fn one_step() -> Result<CaseMeasurement, CaseError> {
     let mut scene = scan_of(8)?;
     window(&mut scene, 17, 1);
     let estimates = (-1_000..=1_000)
         .filter(|&count| estimated(&scene, &[count]) != Err(NoEstimate::Flat { count }))
         .count();
-    Measured::none(estimates, 2_001, "estimates")
+    CaseMeasurement::none(estimates, 2_001, "estimates")
 }
 
-fn wrapping_scan() -> Result<Measured, CaseError> {
+fn wrapping_scan() -> Result<CaseMeasurement, CaseError> {
     let full = table_i(GOLD_5, 20e6, 31 * 100)?;
     let mut wrapped = full.clone();
     window(&mut wrapped, 240, 30);
@@ -255,17 +257,17 @@ fn wrapping_scan() -> Result<Measured, CaseError> {
         let same = full_means[(240 + j) % 248];
         (mean.signed - same.signed) / same.total
     });
-    Measured::largest(differences, "of the total count", 1e-12)
+    CaseMeasurement::largest(differences, "of the total count", 1e-12)
 }
 
-fn wrapping_estimate() -> Result<Measured, CaseError> {
+fn wrapping_estimate() -> Result<CaseMeasurement, CaseError> {
     let mut scene = scan_of(8)?;
     window(&mut scene, 230, 40);
     let errors = [triangle_error(&scene, 0.0)?, triangle_error(&scene, 247.0)?];
-    Measured::largest(errors, "phase steps", 1e-9)
+    CaseMeasurement::largest(errors, "phase steps", 1e-9)
 }
 
-fn overlong_scan() -> Result<Measured, CaseError> {
+fn overlong_scan() -> Result<CaseMeasurement, CaseError> {
     let is_accepted = |steps: u64| -> Result<bool, CaseError> {
         let steps = format!("scan.steps={{ first = 3, count = {steps} }}").parse()?;
         Ok(verdict(ideal_with(GOLD_5, 8, 20e6, 1_250, &[steps]).is_ok()))
@@ -273,7 +275,7 @@ fn overlong_scan() -> Result<Measured, CaseError> {
     ensure!(is_accepted(248)?, "a whole period was refused");
     let accepted = [is_accepted(249)?, is_accepted(1_000)?, is_accepted(1 << 62)?];
     let accepted = accepted.into_iter().filter(|&is_accepted| is_accepted);
-    Measured::none(accepted.count(), 3, "scans")
+    CaseMeasurement::none(accepted.count(), 3, "scans")
 }
 
 /// Table I with a path of 0.75 chips and a number of code periods.
@@ -284,19 +286,19 @@ fn folded(periods: u64) -> Result<Scene, CaseError> {
     Ok(scene)
 }
 
-fn folded_delays(seed: u64) -> Result<Measured, CaseError> {
+fn folded_delays(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let near = counts(&folded(0)?, 248, seed);
     let mut wrong = 0;
     for periods in [1, 1_000, 1_000_000] {
         wrong += differing(&near, &counts(&folded(periods)?, 248, seed));
     }
-    Measured::none(wrong, seen(&near), "counts")
+    CaseMeasurement::none(wrong, seen(&near), "counts")
 }
 
-fn folding_is_said(seed: u64) -> Result<Measured, CaseError> {
+fn folding_is_said(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let scene = folded(3)?;
     let found = counts(&scene, 248, seed);
     let report = Reporter::new(&Sensor::new(&scene), DetectorIndex(0)).scan(&found);
     let says_so = report.folded.is_some_and(|folded| folded.contains("unambiguous range"));
-    Measured::none(usize::from(!says_so), seen(&found), "reports")
+    CaseMeasurement::none(usize::from(!says_so), seen(&found), "reports")
 }

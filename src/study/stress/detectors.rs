@@ -85,25 +85,25 @@ pub(super) const CASES: &[Case] = cases! {
          steps",
         "without dead time jitter convolves the correlation with a Gaussian: summed numerically \
          from the definition",
-        |seed| Measured::deviation(smeared(seed)?.photons);
+        |seed| CaseMeasurement::deviation(smeared(seed)?.photons);
     Detectors quick "jitter-of-ten-chips-in-the-mean-response":
         "largest error of the expected signed counts against the same sum, relative to the \
          unsmeared peak",
         "the convolution is smooth over ten chips, so the sum over 64 points per chip is exact \
          to rounding",
-        |seed| Measured::largest(smeared(seed)?.expected, "of the peak", 1e-6);
+        |seed| CaseMeasurement::largest(smeared(seed)?.expected, "of the peak", 1e-6);
 };
 
-fn blind_detector(seed: u64) -> Result<Measured, CaseError> {
+fn blind_detector(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut scene = ideal(GOLD_5, 8, 1e9, 31_000)?;
     let spad = &mut scene.detectors[0];
     spad.photon_detection_probability = 0.0;
     spad.background_rate_cps = 1e9;
     spad.dark_count_rate_cps = 71e3;
-    Measured::deviation([rate_z(&scene, 248, seed, 71e3)])
+    CaseMeasurement::deviation([rate_z(&scene, 248, seed, 71e3)])
 }
 
-fn perfect_detector(seed: u64) -> Result<Measured, CaseError> {
+fn perfect_detector(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut scene = ideal(GOLD_5, 8, 0.0, 31_000)?;
     scene.sources[0].mean_power_w = 1e-11;
     let expected = photon_rate_hz(1e-11, 783.0) * step_s(&scene);
@@ -111,20 +111,20 @@ fn perfect_detector(seed: u64) -> Result<Measured, CaseError> {
     let electron_volts = 1.239_841_984 / 0.783;
     let by_charge = 1e-11 / (electron_volts * 1.602_176_634e-19) * step_s(&scene);
     ensure!((expected / by_charge - 1.0).abs() < 1e-9, "photon energy");
-    Measured::deviation([totals(&scene, 248, seed).z(by_charge)])
+    CaseMeasurement::deviation([totals(&scene, 248, seed).z(by_charge)])
 }
 
-fn no_afterpulses(seed: u64) -> Result<Measured, CaseError> {
+fn no_afterpulses(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut scene = table_i(GOLD_5, 20e6, 3_100)?;
     scene.detectors[0].afterpulsing_probability = 0.0;
     let with_constant = counts(&scene, 248, seed);
     scene.detectors[0].afterpulsing_time_constant_ps = 0.0;
     let without = counts(&scene, 248, seed);
-    Measured::none(differing(&with_constant, &without), seen(&without), "counts")
+    CaseMeasurement::none(differing(&with_constant, &without), seen(&without), "counts")
 }
 
 /// Simulated far beyond the rate at which a paralyzable detector counts most.
-fn passive_recharge(seed: u64) -> Result<Measured, CaseError> {
+fn passive_recharge(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let dead_time_s = 14e-9;
     let mut deviations = Vec::new();
     for primary_cps in [50e6, 200e6] {
@@ -137,10 +137,10 @@ fn passive_recharge(seed: u64) -> Result<Measured, CaseError> {
         let fewer = rate * rate * dead_time_s * (2.0 * time_s - dead_time_s);
         deviations.push(totals.variance_z(rate * time_s - fewer));
     }
-    Measured::deviation(deviations)
+    CaseMeasurement::deviation(deviations)
 }
 
-fn passive_recharge_expected() -> Result<Measured, CaseError> {
+fn passive_recharge_expected() -> Result<CaseMeasurement, CaseError> {
     let dead_time_s = 14e-9;
     let mut errors = Vec::new();
     for primary_cps in [1e6, 50e6, 1e9] {
@@ -153,7 +153,7 @@ fn passive_recharge_expected() -> Result<Measured, CaseError> {
         errors.push((mean / (rate * time_s) - 1.0).abs());
         errors.push((variance / (rate * time_s - fewer) - 1.0).abs());
     }
-    Measured::largest(errors, "of the moment", 1e-4)
+    CaseMeasurement::largest(errors, "of the moment", 1e-4)
 }
 
 /// Constant light seen through seven narrow bins and a wide one, and pulses that none of them misses.
@@ -170,7 +170,7 @@ fn narrow_bins_scene(rate_cps: f64) -> Result<Scene, CaseError> {
 
 const NARROW_BINS: [f64; 8] = [0.01, 0.01, 0.01, 7.93, 0.01, 0.01, 0.01, 0.01];
 
-fn narrow_bins(seed: u64) -> Result<Measured, CaseError> {
+fn narrow_bins(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let scene = narrow_bins_scene(5e6)?;
     let model = model(&scene);
     let mut pulses = Vec::new();
@@ -183,13 +183,13 @@ fn narrow_bins(seed: u64) -> Result<Measured, CaseError> {
     }
     let hits = numbers(hits);
     let all: f64 = hits.iter().sum();
-    Measured::deviation(hits.iter().zip(NARROW_BINS).map(|(hits, width)| {
+    CaseMeasurement::deviation(hits.iter().zip(NARROW_BINS).map(|(hits, width)| {
         let share = width / 8.0;
         (hits - all * share) / (all * share * (1.0 - share)).sqrt()
     }))
 }
 
-fn narrow_bins_expected() -> Result<Measured, CaseError> {
+fn narrow_bins_expected() -> Result<CaseMeasurement, CaseError> {
     let scene = narrow_bins_scene(45e6)?;
     let model = model(&scene);
     let hits = numbers(MeanResponse::new(&model)?.hits_per_sample());
@@ -199,10 +199,10 @@ fn narrow_bins_expected() -> Result<Measured, CaseError> {
         .iter()
         .zip(NARROW_BINS.iter().cycle())
         .map(|(hits, width)| (hits / all * chips * 8.0 / width - 1.0).abs() * width / 7.93);
-    Measured::largest(errors, "of the widest", 1e-9)
+    CaseMeasurement::largest(errors, "of the widest", 1e-9)
 }
 
-fn certain_crosstalk(seed: u64) -> Result<Measured, CaseError> {
+fn certain_crosstalk(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut deviations = Vec::new();
     for primary_cps in [20e6, 100e6] {
         let mut scene = constant_light(primary_cps, 2_000, |spad| {
@@ -214,10 +214,10 @@ fn certain_crosstalk(seed: u64) -> Result<Measured, CaseError> {
         let both_cps = 2.0 * primary_cps;
         deviations.push(rate_z(&scene, 248, seed, both_cps / (1.0 + both_cps * 14e-9)));
     }
-    Measured::deviation(deviations)
+    CaseMeasurement::deviation(deviations)
 }
 
-fn sixteen_cells(seed: u64) -> Result<Measured, CaseError> {
+fn sixteen_cells(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut deviations = Vec::new();
     for primary_cps in [20e6, 200e6, 1e9] {
         let of_cell = primary_cps / 16.0 / (1.0 + primary_cps / 16.0 * 14e-9);
@@ -235,10 +235,10 @@ fn sixteen_cells(seed: u64) -> Result<Measured, CaseError> {
             deviations.push(rate_z(&scene, 8, seed, rate));
         }
     }
-    Measured::deviation(deviations)
+    CaseMeasurement::deviation(deviations)
 }
 
-fn certain_crosstalk_of_cells(seed: u64) -> Result<Measured, CaseError> {
+fn certain_crosstalk_of_cells(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut deviations = Vec::new();
     for primary_cps in [20e6, 300e6] {
         for coincidence in [1, 2] {
@@ -250,27 +250,27 @@ fn certain_crosstalk_of_cells(seed: u64) -> Result<Measured, CaseError> {
             deviations.push(rate_z(&scene, 248, seed, rate));
         }
     }
-    Measured::deviation(deviations)
+    CaseMeasurement::deviation(deviations)
 }
 
-fn runaway_saturates(seed: u64) -> Result<Measured, CaseError> {
+fn runaway_saturates(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut scene = table_i(GOLD_5, 20e6, 3_100)?;
     scene.detectors[0].afterpulsing_probability = 0.99;
     let most = counts(&scene, 248, seed).iter().map(|c| c.total).max();
     let fit = step_s(&scene) / 14e-9;
     let per_fit = most.unwrap_or(0) as f64 / fit;
-    Measured::between(per_fit, "counts per dead time", [0.219, (fit + 2.0) / fit])
+    CaseMeasurement::between(per_fit, "counts per dead time", [0.219, (fit + 2.0) / fit])
 }
 
-fn nearly_runaway(seed: u64) -> Result<Measured, CaseError> {
+fn nearly_runaway(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let scene = constant_light(1e6, 250_000, |spad| {
         spad.afterpulsing_probability = 1.0 - (-0.9f64).exp();
         spad.afterpulsing_time_constant_ps = 5e3;
     })?;
-    Measured::deviation([rate_z(&scene, 400, seed, 10.0 * 1e6)])
+    CaseMeasurement::deviation([rate_z(&scene, 400, seed, 10.0 * 1e6)])
 }
 
-fn runaway_refused() -> Result<Measured, CaseError> {
+fn runaway_refused() -> Result<CaseMeasurement, CaseError> {
     let is_refused = |probability: f64, dead_time: &str| -> Result<bool, CaseError> {
         let afterpulsing = format!("{{ probability = {probability}, time_constant = \"5 ns\" }}");
         let settings = [
@@ -285,7 +285,7 @@ fn runaway_refused() -> Result<Measured, CaseError> {
         wrong += usize::from(is_refused(probability, "0 ns")? != diverges);
         wrong += usize::from(is_refused(probability, "14 ns")?);
     }
-    Measured::none(wrong, 6, "verdicts")
+    CaseMeasurement::none(wrong, 6, "verdicts")
 }
 
 struct Smeared {

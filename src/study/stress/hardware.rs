@@ -1,11 +1,11 @@
 //! The Verilog at its limits, beside the reference model and the definition.
 
 use super::prelude::*;
-use super::testbench::{Script, Testbench};
+use super::testbench::{CaseTestbench, StimulusScript};
 use crate::photons::Pulse;
 use crate::scan::Sample;
-use crate::scene::{SourceIndex, Target};
-use crate::sensor::port::Role;
+use crate::scene::{FpgaTarget, SourceIndex};
+use crate::sensor::port::PortRole;
 
 const BOTH_AGREE: &str = "Verilog and reference model are two constructions of one interface: every \
                           output port at every clock";
@@ -84,7 +84,7 @@ fn small_sensor() -> Result<Scene, CaseError> {
 
 /// Single-sample pulses in step number `step` of the first scan: the first
 /// `number` hits that the definition counts with the sign `up`.
-fn one_sided(testbench: &Testbench, step: u64, up: bool, number: usize) -> Vec<Pulse> {
+fn one_sided(testbench: &CaseTestbench, step: u64, up: bool, number: usize) -> Vec<Pulse> {
     let interface = &testbench.interface;
     let lanes = u64::from(interface.lanes());
     let code = &interface.reference_codes[0];
@@ -104,17 +104,21 @@ fn one_sided(testbench: &Testbench, step: u64, up: bool, number: usize) -> Vec<P
     pulses
 }
 
-fn counters(hits: [usize; 2], expected: [i64; 2], flagged: bool) -> Result<Measured, CaseError> {
-    let mut testbench = Testbench::new(&small_sensor()?)?;
+fn counters(
+    hits: [usize; 2],
+    expected: [i64; 2],
+    flagged: bool,
+) -> Result<CaseMeasurement, CaseError> {
+    let mut testbench = CaseTestbench::new(&small_sensor()?)?;
     let mut pulses = one_sided(&testbench, 0, true, hits[0]);
     pulses.extend(one_sided(&testbench, 1, false, hits[1]));
     ensure!(pulses.len() == hits[0] + hits[1], "too few places for hits");
-    let run = testbench.play(&Script::new(pulses), 60)?;
+    let run = testbench.play(&StimulusScript::new(pulses), 60)?;
     let counts: Vec<i64> = run.results.iter().take(2).map(|r| r.count).collect();
-    let is_flagged = testbench.port(&run, Role::Saturated).last() == Some(1);
+    let is_flagged = testbench.port(&run, PortRole::Saturated).last() == Some(1);
     // What the Verilog sends, as signed bytes.
-    let data = testbench.port(&run, Role::Data);
-    let sent = data.zip(testbench.port(&run, Role::Valid));
+    let data = testbench.port(&run, PortRole::Data);
+    let sent = data.zip(testbench.port(&run, PortRole::Valid));
     let sent: Vec<i64> = sent
         .filter(|&(_, valid)| valid == 1)
         .map(|(data, _)| i64::from(data as u8 as i8))
@@ -122,18 +126,18 @@ fn counters(hits: [usize; 2], expected: [i64; 2], flagged: bool) -> Result<Measu
     let wrong = usize::from(counts != expected)
         + usize::from(sent.get(..2) != Some(&expected[..]))
         + usize::from(is_flagged != flagged);
-    Measured::none(wrong + run.mismatches as usize, run.results.len(), "wrong values")
+    CaseMeasurement::none(wrong + run.mismatches as usize, run.results.len(), "wrong values")
 }
 
 /// A hit in every other sample, `hits` of them in the first step.
-fn totals(hits: u64, expected: u64, flagged: bool) -> Result<Measured, CaseError> {
+fn totals(hits: u64, expected: u64, flagged: bool) -> Result<CaseMeasurement, CaseError> {
     let mut scene = small_sensor()?;
     scene.hardware.total_counts = Some(true);
-    let mut testbench = Testbench::new(&scene)?;
+    let mut testbench = CaseTestbench::new(&scene)?;
     let sampling = testbench.interface.timing.sampling();
     let first = sampling.first_sample(testbench.first_clock());
     let pulses = (0..hits).map(|hit| Pulse::of_one(first + 2 * hit));
-    let run = testbench.play(&Script::new(pulses.collect()), 60)?;
+    let run = testbench.play(&StimulusScript::new(pulses.collect()), 60)?;
     // Hit i is in chip (2 i - k) / 4 of the reference, k the phase step.
     let (code, step) = (
         &testbench.interface.reference_codes[0],
@@ -145,47 +149,47 @@ fn totals(hits: u64, expected: u64, flagged: bool) -> Result<Measured, CaseError
     };
     let signed: i64 = (0..hits).map(sign).sum();
     let result = run.results.first().map(|r| (r.count, r.total));
-    let is_flagged = testbench.port(&run, Role::Saturated).last() == Some(1);
+    let is_flagged = testbench.port(&run, PortRole::Saturated).last() == Some(1);
     // What the Verilog sends first: a signed byte, and the total in the byte above.
-    let data = testbench.port(&run, Role::Data);
-    let mut sent = data.zip(testbench.port(&run, Role::Valid));
+    let data = testbench.port(&run, PortRole::Data);
+    let mut sent = data.zip(testbench.port(&run, PortRole::Valid));
     let sent = sent
         .find(|&(_, valid)| valid == 1)
         .map(|(data, _)| (i64::from(data as u8 as i8), data >> 8));
     let wrong = usize::from(result != Some((signed, expected)))
         + usize::from(sent != Some((signed, expected)))
         + usize::from(is_flagged != flagged);
-    Measured::none(wrong + run.mismatches as usize, run.results.len(), "wrong values")
+    CaseMeasurement::none(wrong + run.mismatches as usize, run.results.len(), "wrong values")
 }
 
-fn every_other_sample() -> Result<Measured, CaseError> {
+fn every_other_sample() -> Result<CaseMeasurement, CaseError> {
     let scene = ideal(r#"{ family = "gold", degree = 5 }"#, 8, 0.0, 62)?;
     let code = scene.sources[0].code.clone();
     let expected = 2 * (2 * code.weight() as i64 - code.len() as i64) * 4;
-    let mut testbench = Testbench::new(&scene)?;
+    let mut testbench = CaseTestbench::new(&scene)?;
     let clocks = 20_000;
     let mut wrong = 0;
     for odd in [0, 1] {
         let pulses = (odd..clocks * 8).step_by(2).map(|first| Pulse::of_one(Sample(first)));
-        let run = testbench.play(&Script::new(pulses.collect()), clocks)?;
+        let run = testbench.play(&StimulusScript::new(pulses.collect()), clocks)?;
         ensure!(run.results.len() > 248, "the run is too short");
         wrong += run.results.iter().filter(|r| r.count != expected || r.total != 248).count();
         wrong += run.mismatches as usize;
     }
-    Measured::none(wrong, clocks as usize, "wrong values")
+    CaseMeasurement::none(wrong, clocks as usize, "wrong values")
 }
 
-fn dump_on_every_clock(seed: u64) -> Result<Measured, CaseError> {
+fn dump_on_every_clock(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut scene = ideal(r#"{ family = "gold", degree = 3 }"#, 4, 0.0, 1)?;
     window(&mut scene, 3, 20);
-    let run = Testbench::new(&scene)?.attack(seed, 50_000)?;
+    let run = CaseTestbench::new(&scene)?.attack(seed, 50_000)?;
     ensure!(run.results.len() > 1_000, "the run is too short");
-    Measured::none(run.mismatches as usize, run.results.len(), "clocks")
+    CaseMeasurement::none(run.mismatches as usize, run.results.len(), "clocks")
 }
 
-fn reset_everywhere() -> Result<Measured, CaseError> {
-    let mut testbench = Testbench::new(&small_sensor()?)?;
-    let mut script = Script::new(Vec::new());
+fn reset_everywhere() -> Result<CaseMeasurement, CaseError> {
+    let mut testbench = CaseTestbench::new(&small_sensor()?)?;
+    let mut script = StimulusScript::new(Vec::new());
     let mut clock = testbench.first_clock() - 1;
     for run in 1..=200 {
         clock += run;
@@ -200,12 +204,12 @@ fn reset_everywhere() -> Result<Measured, CaseError> {
     }
     let run = testbench.play(&script, clock)?;
     ensure!(run.results.len() > 300, "the run is too short");
-    Measured::none(run.mismatches as usize, run.results.len(), "clocks")
+    CaseMeasurement::none(run.mismatches as usize, run.results.len(), "clocks")
 }
 
-fn consumer_never_takes() -> Result<Measured, CaseError> {
-    let mut testbench = Testbench::new(&small_sensor()?)?;
-    let mut script = Script::new(one_sided(&testbench, 0, true, 5));
+fn consumer_never_takes() -> Result<CaseMeasurement, CaseError> {
+    let mut testbench = CaseTestbench::new(&small_sensor()?)?;
+    let mut script = StimulusScript::new(one_sided(&testbench, 0, true, 5));
     let clocks = 400;
     script.stalls.push(0..clocks);
     let run = testbench.play(&script, clocks)?;
@@ -215,9 +219,9 @@ fn consumer_never_takes() -> Result<Measured, CaseError> {
     let shows = testbench.first_clock() - 1 + integration + latency;
     let overruns = shows + integration;
     let ports = testbench
-        .port(&run, Role::Valid)
-        .zip(testbench.port(&run, Role::Data))
-        .zip(testbench.port(&run, Role::Overrun));
+        .port(&run, PortRole::Valid)
+        .zip(testbench.port(&run, PortRole::Data))
+        .zip(testbench.port(&run, PortRole::Overrun));
     let wrong = ports
         .zip(0..clocks)
         .filter(|&(((valid, data), overrun), clock)| {
@@ -225,10 +229,10 @@ fn consumer_never_takes() -> Result<Measured, CaseError> {
             (valid, data) != expected || overrun != u64::from(clock >= overruns)
         })
         .count();
-    Measured::none(wrong + run.mismatches as usize, clocks as usize, "clocks")
+    CaseMeasurement::none(wrong + run.mismatches as usize, clocks as usize, "clocks")
 }
 
-fn everything_at_once(seed: u64) -> Result<Measured, CaseError> {
+fn everything_at_once(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let code = r#"{ family = "gold", degree = 3, interleave = 2 }"#;
     let mut scene = ideal(code, 8, 0.0, 9)?;
     let mut other = scene.sources[0].clone();
@@ -246,16 +250,16 @@ fn everything_at_once(seed: u64) -> Result<Measured, CaseError> {
     scene.hardware.parallel = 5;
     scene.hardware.counter_width = Some(3);
     scene.hardware.total_counts = Some(true);
-    scene.hardware.target = Target::Ice40Hx8k;
-    let run = Testbench::new(&scene)?.attack(seed, 100_000)?;
-    Measured::none(run.mismatches as usize, run.results.len(), "clocks")
+    scene.hardware.target = FpgaTarget::Ice40Hx8k;
+    let run = CaseTestbench::new(&scene)?.attack(seed, 100_000)?;
+    CaseMeasurement::none(run.mismatches as usize, run.results.len(), "clocks")
 }
 
-fn longest_code(seed: u64) -> Result<Measured, CaseError> {
+fn longest_code(seed: u64) -> Result<CaseMeasurement, CaseError> {
     // Degree 16 has no preferred pair of its own.
     let code = r#"{ family = "m-sequence", degree = 16, interleave = 4 }"#;
     let mut scene = ideal(code, 16, 0.0, 1_000)?;
     window(&mut scene, 16_776_950, 20);
-    let run = Testbench::new(&scene)?.attack(seed, 1_100_000)?;
-    Measured::none(run.mismatches as usize, run.results.len(), "clocks")
+    let run = CaseTestbench::new(&scene)?.attack(seed, 1_100_000)?;
+    CaseMeasurement::none(run.mismatches as usize, run.results.len(), "clocks")
 }

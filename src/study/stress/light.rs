@@ -57,7 +57,7 @@ pub(super) const CASES: &[Case] = cases! {
         |_| too_little_light();
 };
 
-fn no_light(seed: u64) -> Result<Measured, CaseError> {
+fn no_light(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let [dark, lit] = [ideal(GOLD_5, 8, 0.0, 310)?, ideal(GOLD_5, 8, 1e8, 310)?];
     let (mut estimates, mut of_light) = (0, 0);
     for tier in [Tier::Events, Tier::Sampled] {
@@ -69,7 +69,7 @@ fn no_light(seed: u64) -> Result<Measured, CaseError> {
             }
         }
     }
-    Measured::none(estimates as usize, of_light as usize, "estimates")
+    CaseMeasurement::none(estimates as usize, of_light as usize, "estimates")
 }
 
 /// Estimate from a scan of one photon in one step.
@@ -79,25 +79,25 @@ fn one_photon(scene: &Scene, step: usize, sign: i64) -> Result<Estimate, NoEstim
     estimated(scene, &counts)
 }
 
-fn one_photon_up() -> Result<Measured, CaseError> {
+fn one_photon_up() -> Result<CaseMeasurement, CaseError> {
     let scene = ideal(GOLD_5, 8, 0.0, 310)?;
     let errors_ps: Result<Vec<f64>, NoEstimate> = (0..scene.scan.steps as usize)
         .map(|step| Ok(one_photon(&scene, step, 1)?.delay_ps - 1000.0 * step as f64))
         .collect();
-    Measured::largest(errors_ps?, "ps", 1e-9)
+    CaseMeasurement::largest(errors_ps?, "ps", 1e-9)
 }
 
-fn one_photon_down() -> Result<Measured, CaseError> {
+fn one_photon_down() -> Result<CaseMeasurement, CaseError> {
     let scene = ideal(GOLD_5, 8, 0.0, 310)?;
     let estimates = |sign: i64| {
         let steps = 0..scene.scan.steps as usize;
         steps.filter(|&step| one_photon(&scene, step, sign).is_ok()).count()
     };
     // One that is counted up does give an estimate.
-    Measured::none(estimates(-1), estimates(1), "estimates")
+    CaseMeasurement::none(estimates(-1), estimates(1), "estimates")
 }
 
-fn constant_light_saturates(seed: u64) -> Result<Measured, CaseError> {
+fn constant_light_saturates(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let dead_time_s = 14e-9;
     let mut deviations = Vec::new();
     for incident_cps in INCIDENT_CPS {
@@ -114,10 +114,10 @@ fn constant_light_saturates(seed: u64) -> Result<Measured, CaseError> {
         let scale = totals.standard_error().max(0.25);
         deviations.push((totals.mean - expected) / scale);
     }
-    Measured::deviation(deviations)
+    CaseMeasurement::deviation(deviations)
 }
 
-fn saturation(seed: u64) -> Result<Measured, CaseError> {
+fn saturation(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut most = 0.0_f64;
     let mut limit = 0.0_f64;
     for incident_cps in INCIDENT_CPS {
@@ -128,10 +128,10 @@ fn saturation(seed: u64) -> Result<Measured, CaseError> {
         // Jitter may bring one more over either rim.
         limit = limit.max((fit + 2.0) / fit);
     }
-    Measured::between(most, "counts per dead time", [0.99, limit])
+    CaseMeasurement::between(most, "counts per dead time", [0.99, limit])
 }
 
-fn photons_against_state_equation(seed: u64) -> Result<Measured, CaseError> {
+fn photons_against_state_equation(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut deviations = Vec::new();
     for incident_cps in [1e6, 1e8, 1e9, 1e10] {
         let scene = table_i(GOLD_5, 0.31 * incident_cps, 3_100)?;
@@ -140,16 +140,16 @@ fn photons_against_state_equation(seed: u64) -> Result<Measured, CaseError> {
         let found = counts_of_scans(&scene, 0..400, steps as u64, seed);
         for (step, mean) in means.iter().enumerate().take(steps) {
             let of_step = || found.iter().skip(step).step_by(steps);
-            let signed = Sample::of(of_step().map(|c| c.signed as f64));
-            let total = Sample::of(of_step().map(|c| c.total as f64));
+            let signed = SampleStatistics::of(of_step().map(|c| c.signed as f64));
+            let total = SampleStatistics::of(of_step().map(|c| c.total as f64));
             deviations.push(signed.z(mean.signed));
             deviations.push(total.z(mean.total));
         }
     }
-    Measured::largest(deviations, "standard errors", 4.5)
+    CaseMeasurement::largest(deviations, "standard errors", 4.5)
 }
 
-fn estimate_in_saturation(seed: u64) -> Result<Measured, CaseError> {
+fn estimate_in_saturation(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut scene = table_i(GOLD_11, 0.31e9, 131_000)?;
     window(&mut scene, 0, 48);
     let simulation = simulated(&scene, Tier::Events, seed, 60)?;
@@ -159,10 +159,10 @@ fn estimate_in_saturation(seed: u64) -> Result<Measured, CaseError> {
     else {
         return Err(format!("no estimates: {:?}", path.remark).into());
     };
-    Measured::deviation([(bias_m - expected_m) / error_m])
+    CaseMeasurement::deviation([(bias_m - expected_m) / error_m])
 }
 
-fn too_much_light() -> Result<Measured, CaseError> {
+fn too_much_light() -> Result<CaseMeasurement, CaseError> {
     let mut wrong = 0;
     for (dead_time_ps, chip_period_ps) in [(14e3, 8e3), (40e3, 8e3), (14e3, 1e6)] {
         let limit_cps = 1e12 * f64::min(256.0 / dead_time_ps, 128.0 / chip_period_ps);
@@ -181,7 +181,7 @@ fn too_much_light() -> Result<Measured, CaseError> {
     let scene = constant_light(200e3, 31, |spad| spad.dead_time_ps = 1e9)?;
     // 10^5 dead times of 125,000 chips.
     let says_so = refused(&scene).is_some_and(|reason| reason.contains("1.250e10 chips"));
-    Measured::none(wrong + usize::from(!says_so), 7, "verdicts")
+    CaseMeasurement::none(wrong + usize::from(!says_so), 7, "verdicts")
 }
 
 /// Why a scene has no mean response.
@@ -190,7 +190,7 @@ fn refused(scene: &Scene) -> Option<String> {
     refusal(|| Some(MeanResponse::of_tier(&model, CountingTier::Events).err()?.to_string()))
 }
 
-fn too_little_light() -> Result<Measured, CaseError> {
+fn too_little_light() -> Result<CaseMeasurement, CaseError> {
     let mut wrong = 0;
     for wait_chips in [20_400.0, 20_600.0, 1e12, f64::INFINITY] {
         let scene = constant_light(1.0 / (8e-9 * wait_chips), 31, |_| ())?;
@@ -207,5 +207,5 @@ fn too_little_light() -> Result<Measured, CaseError> {
         let is_right = reason.is_some() == is_too_little && reason.iter().all(says);
         wrong += usize::from(!is_right);
     }
-    Measured::none(wrong, 4, "verdicts")
+    CaseMeasurement::none(wrong, 4, "verdicts")
 }

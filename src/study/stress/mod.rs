@@ -21,7 +21,7 @@ mod testbench;
 
 use std::time::Instant;
 
-pub use case::{Bound, Case, CaseError, Group, Measured};
+pub use case::{Case, CaseBound, CaseError, CaseGroup, CaseMeasurement};
 pub use report::{CaseReport, StressReport};
 use serde::{Deserialize, Serialize};
 
@@ -156,10 +156,10 @@ impl StressOptions {
 mod tests {
     use super::*;
 
-    fn case(run: fn(u64) -> Result<Measured, CaseError>) -> Case {
+    fn case(run: fn(u64) -> Result<CaseMeasurement, CaseError>) -> Case {
         Case {
             name: "a-case",
-            group: Group::Numbers,
+            group: CaseGroup::Numbers,
             quick: true,
             what: "a number",
             why: "for the test",
@@ -169,12 +169,12 @@ mod tests {
 
     #[test]
     fn a_case_outside_its_bound_or_with_an_error_does_not_hold() {
-        let outside = case(|_| Measured::largest([-2.5], "apples", 2.0));
+        let outside = case(|_| CaseMeasurement::largest([-2.5], "apples", 2.0));
         let failing = case(|_| Err("out of apples".into()));
-        let undefined = case(|_| Measured::largest([1.0, f64::NAN], "apples", 2.0));
-        let of_none = case(|_| Measured::largest([], "apples", 2.0));
-        let none_seen = case(|_| Measured::none(0, 0, "worms"));
-        let inside = case(|_| Measured::largest([1.0, -2.0], "apples", 2.0));
+        let undefined = case(|_| CaseMeasurement::largest([1.0, f64::NAN], "apples", 2.0));
+        let of_none = case(|_| CaseMeasurement::largest([], "apples", 2.0));
+        let none_seen = case(|_| CaseMeasurement::none(0, 0, "worms"));
+        let inside = case(|_| CaseMeasurement::largest([1.0, -2.0], "apples", 2.0));
         let report =
             run(&[outside, failing, undefined, of_none, none_seen, inside], 1, |_| ()).unwrap();
         let holds: Vec<bool> = report.cases.iter().map(|case| case.holds).collect();
@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn cases_get_the_seed_and_the_report_says_it() {
-        let seed = case(|seed| Measured::exactly(seed as f64, "", 7.0));
+        let seed = case(|seed| CaseMeasurement::exactly(seed as f64, "", 7.0));
         let report = run(&[seed], 7, |_| ()).unwrap();
         assert!(report.all_hold() && report.seed == 7);
         assert!(!run(&[seed], 8, |_| ()).unwrap().all_hold());
@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn a_bound_holds_on_its_rim_only_as_far_as_it_goes() {
-        let exactly = Bound::exactly(3.0);
+        let exactly = CaseBound::exactly(3.0);
         assert!(exactly.holds(3.0) && !exactly.holds(3.0000001) && !exactly.holds(2.9999999));
         assert!(!exactly.holds(f64::NAN));
     }
@@ -220,7 +220,7 @@ mod tests {
         use reading::{NOTHING, Nothing};
         let mut passed = Vec::new();
         for nothing in [Nothing::Zeros, Nothing::Undefined, Nothing::Empty] {
-            for case in cases().iter().filter(|case| case.group != Group::Hardware) {
+            for case in cases().iter().filter(|case| case.group != CaseGroup::Hardware) {
                 NOTHING.set(Some(nothing));
                 // A panic is no verdict either.
                 let outcome = std::panic::catch_unwind(|| (case.run)(1));
@@ -241,12 +241,12 @@ mod tests {
         let names: std::collections::HashSet<&str> = cases.iter().map(|c| c.name).collect();
         assert_eq!(names.len(), cases.len());
         for group in [
-            Group::Stiff,
-            Group::Light,
-            Group::Detectors,
-            Group::Codes,
-            Group::Numbers,
-            Group::Hardware,
+            CaseGroup::Stiff,
+            CaseGroup::Light,
+            CaseGroup::Detectors,
+            CaseGroup::Codes,
+            CaseGroup::Numbers,
+            CaseGroup::Hardware,
         ] {
             assert!(cases.iter().any(|case| case.group == group && case.quick));
         }

@@ -41,17 +41,17 @@ fn unmodulated() -> Result<Scene, CaseError> {
     Ok(scene)
 }
 
-fn unmodulated_prediction() -> Result<Measured, CaseError> {
+fn unmodulated_prediction() -> Result<CaseMeasurement, CaseError> {
     let (dark, lit) = (unmodulated()?, table_i(GOLD_5, 20e6, 3_100)?);
     let tiers = || [CountingTier::Events, CountingTier::Sampled].into_iter();
     let without =
         tiers().filter(|&tier| predicted(&dark, tier) != Err(PredictionError::Flat)).count();
     let with =
         tiers().filter(|&tier| predicted(&lit, tier).is_ok_and(|found| found.std_m > 0.0)).count();
-    Measured::none(without, with, "predictions")
+    CaseMeasurement::none(without, with, "predictions")
 }
 
-fn unmodulated_estimate(seed: u64) -> Result<Measured, CaseError> {
+fn unmodulated_estimate(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut scene = unmodulated()?;
     let reported = |scene: &Scene, repetitions: u64| {
         let mut scene = scene.clone();
@@ -79,7 +79,7 @@ fn unmodulated_estimate(seed: u64) -> Result<Measured, CaseError> {
             }
         }
     }
-    Measured::none(estimates, of_modulated, "estimates")
+    CaseMeasurement::none(estimates, of_modulated, "estimates")
 }
 
 /// Sum over the code of on(i - lag) chi(i), for a lag in phase steps, with linear
@@ -100,7 +100,7 @@ fn on_chips_against_reference(chips: &[u8], lag_steps: u64, samples_per_chip: u6
     (1.0 - share) * of_whole(whole as usize) + share * of_whole(whole as usize + 1)
 }
 
-fn infinite_extinction_ratio(seed: u64) -> Result<Measured, CaseError> {
+fn infinite_extinction_ratio(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut deviations = Vec::new();
     for lag in [0, 4, 8, 20] {
         let scene = lit_step(GOLD_5, 8, 31 * 100, lag)?;
@@ -114,9 +114,9 @@ fn infinite_extinction_ratio(seed: u64) -> Result<Measured, CaseError> {
             let down = found.iter().filter(|c| c.signed != c.total as i64).count();
             ensure!(down == 0, "{down} scans counted off-light at the peak");
         }
-        deviations.push(Sample::of(found.iter().map(|c| c.signed as f64)).z(expected));
+        deviations.push(SampleStatistics::of(found.iter().map(|c| c.signed as f64)).z(expected));
     }
-    Measured::deviation(deviations)
+    CaseMeasurement::deviation(deviations)
 }
 
 /// Gold code of 31 chips, 1 kcps of signal in 1 Gcps of background.
@@ -126,7 +126,7 @@ fn dazzled() -> Result<Scene, CaseError> {
     Ok(scene)
 }
 
-fn overwhelming_background() -> Result<Measured, CaseError> {
+fn overwhelming_background() -> Result<CaseMeasurement, CaseError> {
     let scene = dazzled()?;
     let code = scene.sources[0].code.clone();
     let means = mean_counts(&scene)?;
@@ -137,10 +137,10 @@ fn overwhelming_background() -> Result<Measured, CaseError> {
         let expected = signal * on_chips_against_reference(&code.chips, k, 8) / weight;
         (mean.signed - background - expected) / signal
     });
-    Measured::largest(errors, "of the signal", 1e-7)
+    CaseMeasurement::largest(errors, "of the signal", 1e-7)
 }
 
-fn overwhelming_background_counts(seed: u64) -> Result<Measured, CaseError> {
+fn overwhelming_background_counts(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut scene = ideal(GOLD_5, 8, 10.0, 31 * 100_000_000)?;
     scene.detectors[0].background_rate_cps = 1e7;
     window(&mut scene, 0, 1);
@@ -167,5 +167,7 @@ fn overwhelming_background_counts(seed: u64) -> Result<Measured, CaseError> {
         "the mean response expects {} and not {mean}",
         expected.signed
     );
-    Measured::deviation([Sample::of(found.map(|count| count.signed as f64)).z(mean)])
+    CaseMeasurement::deviation([
+        SampleStatistics::of(found.map(|count| count.signed as f64)).z(mean)
+    ])
 }

@@ -13,7 +13,7 @@ pub(super) const CASES: &[Case] = cases! {
         "largest difference of the estimate from 128-bit fixed-point arithmetic, uneven peaks of \
          10^12 counts",
         "sixteen products and sums of doubles: some 10^-16 of the phase each",
-        |_| Measured::largest([estimate_errors(0)?], "chips", 1e-14);
+        |_| CaseMeasurement::largest([estimate_errors(0)?], "chips", 1e-14);
     Numbers quick "near-cancelling-up-and-down-counts":
         "the same for peaks of 1,000 counts on 10^12 to 10^17 common to all steps, of either sign",
         "roots of unity sum to zero, so what all steps have in common must not matter at all: as \
@@ -37,21 +37,21 @@ pub(super) const CASES: &[Case] = cases! {
     Numbers slow "fft-in-double-precision-is-exact":
         "largest distance from whole numbers, correlation of 1,048,575 chips by f64 FFT",
         "rounding grows as eps L log2 L at most, and 0.5 is where an integer would be lost",
-        |_| Measured::largest([fft_error(20, double_pair)?], "of 1", 1e-6);
+        |_| CaseMeasurement::largest([fft_error(20, double_pair)?], "of 1", 1e-6);
     Numbers slow "fft-in-single-precision":
         "largest difference of the f32 from the f64 correlation of 1,048,575 chips, relative to \
          the peak",
         "single precision is good for eps_32 times a small multiple of log2 L = 20",
         |_| {
             let error = fft_error(20, single_pair)? / f64::from((1 << 20) - 1);
-            Measured::largest([error], "of the peak", 20.0 * f64::from(f32::EPSILON))
+            CaseMeasurement::largest([error], "of the peak", 20.0 * f64::from(f32::EPSILON))
         };
     Numbers quick "fft-in-single-against-double-precision-degree-11":
         "the same for 2,047 chips",
         "single precision is good for eps_32 times a small multiple of log2 L = 11",
         |_| {
             let error = fft_error(11, single_pair)? / 2047.0;
-            Measured::largest([error], "of the peak", 11.0 * f64::from(f32::EPSILON))
+            CaseMeasurement::largest([error], "of the peak", 11.0 * f64::from(f32::EPSILON))
         };
     Numbers quick "rates-15-decades-apart":
         "largest relative error of the part of 1 ncps dark counts in the expected total, and of \
@@ -117,16 +117,16 @@ fn estimate_errors(offset: i64) -> Result<f64, CaseError> {
     Ok(worst(errors))
 }
 
-fn near_cancelling() -> Result<Measured, CaseError> {
+fn near_cancelling() -> Result<CaseMeasurement, CaseError> {
     let mut errors = Vec::new();
     for offset in [1_000_000_000_000, 1_000_000_000_000_000, 100_000_000_000_000_000] {
         errors.push(estimate_errors(offset)?);
         errors.push(estimate_errors(-offset)?);
     }
-    Measured::largest(errors, "chips", 1e-14)
+    CaseMeasurement::largest(errors, "chips", 1e-14)
 }
 
-fn drawn_totals(seed: u64) -> Result<Measured, CaseError> {
+fn drawn_totals(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let scene = constant_light(1e8, 1_250_000_000_000, |_| ())?;
     let mean = 1e8 * step_s(&scene);
     let model = model(&scene);
@@ -135,7 +135,7 @@ fn drawn_totals(seed: u64) -> Result<Measured, CaseError> {
     let sampler = CountSampler::new(&model, &[moments])?;
     let counts: Vec<_> = (0..20_000).flat_map(|scan| drawn(&sampler, 1, seed, scan)).collect();
     let totals = of_totals(&counts);
-    Measured::deviation([totals.z(mean), totals.variance_z(mean)])
+    CaseMeasurement::deviation([totals.z(mean), totals.variance_z(mean)])
 }
 
 /// Expected signed and total counts of Table I over `chips` chips a step.
@@ -147,14 +147,14 @@ fn expected_counts(chips: u64) -> Result<Vec<f64>, CaseError> {
     Ok(means.iter().flat_map(|m| [m.signed, m.total]).collect())
 }
 
-fn hours_of_periods() -> Result<Measured, CaseError> {
+fn hours_of_periods() -> Result<CaseMeasurement, CaseError> {
     let one = expected_counts(2_047)?;
     let many = expected_counts(2_047_000_000_000)?;
     let differences = one.iter().zip(&many).map(|(one, many)| many / (one * 1e9) - 1.0);
-    Measured::largest(differences, "relative", 1e-12)
+    CaseMeasurement::largest(differences, "relative", 1e-12)
 }
 
-fn broken_period() -> Result<Measured, CaseError> {
+fn broken_period() -> Result<CaseMeasurement, CaseError> {
     // Only the first step starts with the code's first chip in all three.
     let first = |chips| -> Result<[f64; 2], CaseError> {
         let counts = expected_counts(chips)?;
@@ -164,7 +164,7 @@ fn broken_period() -> Result<Measured, CaseError> {
     let (one, part) = (first(2_047)?, first(17)?);
     let both = first(2_047 * periods + 17)?;
     let errors = (0..2).map(|i| both[i] - (one[i] * periods as f64 + part[i]));
-    Measured::largest(errors, "counts", 1e-4)
+    CaseMeasurement::largest(errors, "counts", 1e-4)
 }
 
 /// Largest distance of an FFT correlation in precision `T` of an m-sequence from
@@ -195,7 +195,7 @@ fn fft_error<T: FftNum + Into<f64>>(
     Ok(worst(errors))
 }
 
-fn rates_apart() -> Result<Measured, CaseError> {
+fn rates_apart() -> Result<CaseMeasurement, CaseError> {
     let total = |light_cps: f64, dark_cps: f64| -> Result<f64, CaseError> {
         let mut scene = ideal(GOLD_5, 8, light_cps, 31 * 1_000)?;
         scene.detectors[0].dark_count_rate_cps = dark_cps;
@@ -206,14 +206,14 @@ fn rates_apart() -> Result<Measured, CaseError> {
         total(1e6, 0.0)? / 1e6 - 1.0,
         total(1e6, 1e-9)? / 1e6 - 1.0,
     ];
-    Measured::largest(errors, "relative", 1e-13)
+    CaseMeasurement::largest(errors, "relative", 1e-13)
 }
 
-fn rare_counts(seed: u64) -> Result<Measured, CaseError> {
+fn rare_counts(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let mut scene: Scene = ideal(GOLD_5, 8, 0.0, 1_250_000_000_000)?;
     scene.detectors[0].dark_count_rate_cps = 0.3e-3;
     // Three counts a step.
-    Measured::deviation([rate_z(&scene, 248, seed, 0.3e-3)])
+    CaseMeasurement::deviation([rate_z(&scene, 248, seed, 0.3e-3)])
 }
 
 #[cfg(test)]

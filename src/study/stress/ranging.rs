@@ -70,7 +70,7 @@ fn fitted(rate_cps: f64, chips: u64) -> Result<Scene, CaseError> {
     Ok(scene)
 }
 
-fn fit_reaches_bound(seed: u64) -> Result<Measured, CaseError> {
+fn fit_reaches_bound(seed: u64) -> Result<CaseMeasurement, CaseError> {
     const SCANS: u64 = 400;
     let scene = fitted(20e6, 2500)?;
     let simulation = simulated(&scene, Tier::Counts, seed, SCANS)?;
@@ -82,10 +82,10 @@ fn fit_reaches_bound(seed: u64) -> Result<Measured, CaseError> {
     let tells_more = path.bound_m.zip(of_peak).is_some_and(|(all, few)| all < 0.8 * few);
     ensure!(tells_more, "side lobes tell nothing: {:?} m and {of_peak:?} m", path.bound_m);
     let ratio = path.std_m.zip(path.bound_m).map_or(f64::NAN, |(std, bound)| std / bound);
-    Measured::deviation([(ratio - 1.0) * (2.0 * SCANS as f64).sqrt()])
+    CaseMeasurement::deviation([(ratio - 1.0) * (2.0 * SCANS as f64).sqrt()])
 }
 
-fn image_over_light(seed: u64) -> Result<Measured, CaseError> {
+fn image_over_light(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let settings = [
         "array.rows=16",
         "array.columns=24",
@@ -99,10 +99,10 @@ fn image_over_light(seed: u64) -> Result<Measured, CaseError> {
     let (z, span) = deviations_of_pixels(&scene, seed)?;
     ensure!(span > 1e3, "the light spans a factor of {span} alone");
     let square = z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64;
-    Measured::between(square.sqrt(), "standard deviations", [0.9, 1.1])
+    CaseMeasurement::between(square.sqrt(), "standard deviations", [0.9, 1.1])
 }
 
-fn uncovered_expectations() -> Result<Measured, CaseError> {
+fn uncovered_expectations() -> Result<CaseMeasurement, CaseError> {
     let mut outside = fitted(20e6, 2500)?;
     (outside.scan.first_step, outside.scan.steps) = (160, 32);
     let mut clamped = table_i(GOLD_5, 20e6, 2500)?;
@@ -118,7 +118,11 @@ fn uncovered_expectations() -> Result<Measured, CaseError> {
     other_clock.paths.push(path);
     let given = [outside, clamped, other_clock].iter().filter(|scene| is_expected(scene)).count();
     let covered = [fitted(20e6, 2500)?, table_i(GOLD_5, 20e6, 2500)?];
-    Measured::none(given, covered.iter().filter(|scene| is_expected(scene)).count(), "expectations")
+    CaseMeasurement::none(
+        given,
+        covered.iter().filter(|scene| is_expected(scene)).count(),
+        "expectations",
+    )
 }
 
 /// Whether a scatter is expected of a scene's own path.
@@ -126,13 +130,13 @@ fn is_expected(scene: &Scene) -> bool {
     predicted(scene, CountingTier::Sampled).is_ok_and(|expected| expected.std_m > 0.0)
 }
 
-fn all_steps_at_once(seed: u64) -> Result<Measured, CaseError> {
+fn all_steps_at_once(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let scene = scene::parse("all-steps.toml", ALL_STEPS)?;
     let found = scanned(&Sensor::new(&scene), Tier::Counts, seed, 300)?;
     let is_alike = |counts: &&Vec<StepCount>| {
         counts.windows(2).all(|neighbours| neighbours[0].signed == neighbours[1].signed)
     };
-    Measured::none(found.iter().filter(is_alike).count(), found.len(), "scans")
+    CaseMeasurement::none(found.iter().filter(is_alike).count(), found.len(), "scans")
 }
 
 /// Two paths, all 14 phase steps at once: sums of neighbouring counts have hardly any variance.
@@ -156,17 +160,17 @@ afterpulsing = { probability = 0.136, time_constant = "5 ns" }
 jitter = ["53.5 ps", "4 ps"]
 "#;
 
-fn jitter_merges_nothing() -> Result<Measured, CaseError> {
+fn jitter_merges_nothing() -> Result<CaseMeasurement, CaseError> {
     let mut scene = table_i(GOLD_5, 20e6, 250)?;
     scene.detectors[0].jitter_ps = vec![1000.0];
     scene.detectors[0].pulse_width_ps = 7000.0;
     let mut merging = scene.clone();
     merging.detectors[0].pulse_width_ps = 20_000.0;
     let wrong = usize::from(!is_expected(&scene)) + usize::from(is_expected(&merging));
-    Measured::none(wrong, 2, "verdicts")
+    CaseMeasurement::none(wrong, 2, "verdicts")
 }
 
-fn nobody_else(seed: u64) -> Result<Measured, CaseError> {
+fn nobody_else(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let sensor = Sensor::new(&fitted(4e6, 13_100)?);
     let model = DetectorModel::new(&sensor, FIRST);
     let response = MeanResponse::of_tier(&model, CountingTier::Events)?;
@@ -177,10 +181,10 @@ fn nobody_else(seed: u64) -> Result<Measured, CaseError> {
         let fit = fitter.fit(&drawn(&sampler, 248, seed, scan));
         fit.map_or(true, |fit| fit.paths.len() != 1)
     });
-    Measured::between(found.count() as f64, "scans", [0.0, 1.0])
+    CaseMeasurement::between(found.count() as f64, "scans", [0.0, 1.0])
 }
 
-fn right_scene_beside_light(seed: u64) -> Result<Measured, CaseError> {
+fn right_scene_beside_light(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let code = r#"{ family = "gold", degree = 7, index = 3 }"#;
     let mut scene = table_i(code, 1.2e6, 12_500)?;
     (scene.estimator, scene.hardware.total_counts) = (EstimatorKind::Model, Some(true));
@@ -205,10 +209,10 @@ fn right_scene_beside_light(seed: u64) -> Result<Measured, CaseError> {
     let is_told = found.first().is_some_and(|counts| is_accused(&farther, counts));
     ensure!(is_told, "a scene that is wrong is not said to be");
     let accused = found.iter().filter(|counts| is_accused(&sensor, counts)).count();
-    Measured::between(accused as f64, "scans", [0.0, 1.0])
+    CaseMeasurement::between(accused as f64, "scans", [0.0, 1.0])
 }
 
-fn far_paths() -> Result<Measured, CaseError> {
+fn far_paths() -> Result<CaseMeasurement, CaseError> {
     const PERIOD_FS: u64 = 248_000_000;
     const FAR_FS: u64 = 133_425_638_079;
     let mut scene = table_i(GOLD_5, 20e6, 2480)?;
@@ -224,5 +228,5 @@ fn far_paths() -> Result<Measured, CaseError> {
     let largest = |a: &[f64], b: &[f64]| worst(a.iter().zip(b).map(|(a, b)| a - b));
     let (peak, difference) = (largest(&far, &elsewhere), largest(&far, &near));
     ensure!(peak > 100.0, "the second path shows in {peak:.1} counts");
-    Measured::largest([difference / peak], "of the peak", 1e-6)
+    CaseMeasurement::largest([difference / peak], "of the peak", 1e-6)
 }

@@ -11,7 +11,7 @@ use crate::estimate::{
 };
 use crate::image::{ImageOptions, image};
 use crate::light::{photon_rate_hz, round_trip_ps};
-use crate::math::Sample;
+use crate::math::SampleStatistics;
 use crate::photons::fast::StepCounter;
 use crate::photons::{Detection, DetectorModel, StepCount, count_step};
 use crate::response::{CountSampler, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
@@ -111,13 +111,13 @@ pub(super) fn counts_of_scans(
 }
 
 /// Total counts of the first `steps` steps of the first scan.
-pub(super) fn totals(scene: &Scene, steps: u64, seed: u64) -> Sample {
+pub(super) fn totals(scene: &Scene, steps: u64, seed: u64) -> SampleStatistics {
     of_totals(&counts(scene, steps, seed))
 }
 
 /// Total counts.
-pub(super) fn of_totals(counts: &[StepCount]) -> Sample {
-    Sample::of(counts.iter().map(|count| count.total as f64))
+pub(super) fn of_totals(counts: &[StepCount]) -> SampleStatistics {
+    SampleStatistics::of(counts.iter().map(|count| count.total as f64))
 }
 
 /// Standard errors of their mean from that of a rate of detections.
@@ -129,7 +129,7 @@ pub(super) fn rate_z(scene: &Scene, steps: u64, seed: u64, rate_cps: f64) -> f64
 /// one.
 pub(super) fn signed_z(scene: &Scene, scans: u64, seed: u64, expected: f64) -> f64 {
     let found = counts_of_scans(scene, 0..scans, 1, seed);
-    Sample::of(found.iter().map(|count| count.signed as f64)).z(expected)
+    SampleStatistics::of(found.iter().map(|count| count.signed as f64)).z(expected)
 }
 
 /// Counts of the first `steps` steps of a scan by the plain loop.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
-use super::case::{Bound, Case, CaseError, Group, Measured};
+use super::case::{Case, CaseBound, CaseError, CaseGroup, CaseMeasurement};
 use crate::exact;
 
 /// The JSON of `goldtof stress`.
@@ -23,7 +23,7 @@ pub struct CaseReport {
     /// Its name.
     pub name: Cow<'static, str>,
     /// What it is about.
-    pub group: Group,
+    pub group: CaseGroup,
     /// What was measured.
     pub what: Cow<'static, str>,
     /// The number; none when the measurement failed.
@@ -33,7 +33,7 @@ pub struct CaseReport {
     /// Unit of measurement and bound.
     pub unit: String,
     /// What it must keep; none when the measurement failed.
-    pub bound: Option<Bound>,
+    pub bound: Option<CaseBound>,
     /// Whether it keeps it.
     pub holds: bool,
     /// Why the bound is right.
@@ -47,7 +47,7 @@ pub struct CaseReport {
 impl CaseReport {
     pub(super) fn new(
         case: &Case,
-        outcome: Result<Measured, CaseError>,
+        outcome: Result<CaseMeasurement, CaseError>,
         run_time_s: f64,
     ) -> CaseReport {
         let (measured, error) = match outcome {
@@ -102,7 +102,7 @@ impl StressReport {
     }
 }
 
-fn words(bound: &Bound) -> String {
+fn words(bound: &CaseBound) -> String {
     match (bound.at_least, bound.at_most) {
         (Some(least), Some(most)) if least == most => format!("exactly {}", number(most)),
         (Some(least), Some(most)) => format!("{} to {}", number(least), number(most)),
@@ -134,8 +134,8 @@ mod tests {
         assert_eq!(number(4.0), "4");
         assert_eq!(number(1.23456), "1.235");
         assert_eq!(number(3.2e-9), "3.20e-9");
-        assert_eq!(words(&Bound::exactly(0.0)), "exactly 0");
-        let between = Bound { at_least: Some(0.0), at_most: Some(0.5) };
+        assert_eq!(words(&CaseBound::exactly(0.0)), "exactly 0");
+        let between = CaseBound { at_least: Some(0.0), at_most: Some(0.5) };
         assert_eq!(words(&between), "0 to 0.500");
     }
 }

@@ -49,12 +49,12 @@ pub(super) const CASES: &[Case] = cases! {
         "largest deviation of the mean count over the dead times 0, 1 ps, 14 ns, 1 us (4 code \
          periods) at 50 Mcps",
         "renewal process: rate = lambda / (1 + lambda D)",
-        |seed| Measured::deviation(dead_times(seed)?.iter().map(|found| found[0]));
+        |seed| CaseMeasurement::deviation(dead_times(seed)?.iter().map(|found| found[0]));
     Stiff quick "dead-times-quiet-the-counts":
         "largest deviation of the counts' variance over the same dead times",
         "equilibrium renewal process: variance = lambda T / m^3 + 1/6 + 1/(2 m^4) - 2/(3 m^3) \
          with m = 1 + lambda D (Cox, Renewal Theory, 1962)",
-        |seed| Measured::deviation(dead_times(seed)?.iter().map(|found| found[1]));
+        |seed| CaseMeasurement::deviation(dead_times(seed)?.iter().map(|found| found[1]));
     Stiff quick "a-dead-time-of-4000-code-periods":
         "distance of the mean count of 1 s from T / (D + 1 / lambda), dead time 1 ms, 50 Mcps",
         "a renewal count differs from T over the mean interval by at most one, however it starts",
@@ -83,7 +83,7 @@ fn stiff_sensor(integration_chips: u64) -> Result<Scene, CaseError> {
 
 /// The first detections of step 1, which begins `periods` code periods after step 0, compared
 /// with those of a step that begins 1,000 periods after it, and lasts for more of them.
-fn detections_moved_by(periods: u64, seed: u64) -> Result<Measured, CaseError> {
+fn detections_moved_by(periods: u64, seed: u64) -> Result<CaseMeasurement, CaseError> {
     let start_of_step_1 = |periods: u64| -> Result<Vec<Detection>, CaseError> {
         Ok(detections(&stiff_sensor(31 * periods)?, 3_000, seed))
     };
@@ -91,10 +91,10 @@ fn detections_moved_by(periods: u64, seed: u64) -> Result<Measured, CaseError> {
     let late = start_of_step_1(1_000 + periods)?;
     let differing = early.iter().zip(&late).filter(|(a, b)| a != b).count();
     let seen = early.iter().filter(|detection| detection.chip > 0).count();
-    Measured::none(differing + early.len().abs_diff(late.len()), seen, "detections")
+    CaseMeasurement::none(differing + early.len().abs_diff(late.len()), seen, "detections")
 }
 
-fn counts_after_1e12_periods(seed: u64) -> Result<Measured, CaseError> {
+fn counts_after_1e12_periods(seed: u64) -> Result<CaseMeasurement, CaseError> {
     // Scan number 1 begins where scan number 0 ended; a scan of many steps puts
     // it far away, with the same random numbers.
     let scan_1 = |periods: u64| -> Result<Vec<StepCount>, CaseError> {
@@ -109,10 +109,10 @@ fn counts_after_1e12_periods(seed: u64) -> Result<Measured, CaseError> {
     // Neither is the full scan of 248 steps.
     let early = scan_1(249)?;
     let late = scan_1(1_000_000_000_000)?;
-    Measured::none(differing(&early, &late), seen(&early), "counts")
+    CaseMeasurement::none(differing(&early, &late), seen(&early), "counts")
 }
 
-fn edge_after_1e12_periods(seed: u64) -> Result<Measured, CaseError> {
+fn edge_after_1e12_periods(seed: u64) -> Result<CaseMeasurement, CaseError> {
     const PERIODS: u64 = 1_000_000_000_000;
     // One on-chip in four, with photons 10 as apart; the dead time leaves the
     // first of them.
@@ -128,10 +128,10 @@ fn edge_after_1e12_periods(seed: u64) -> Result<Measured, CaseError> {
         let offset_chips = (detection.chip % 4) as f64 + detection.fraction - 1.0 - delay_chips;
         offset_chips * 8e6
     });
-    Measured::largest(offsets_fs, "fs", 1.0)
+    CaseMeasurement::largest(offsets_fs, "fs", 1.0)
 }
 
-fn afterpulsing_time_constants(seed: u64) -> Result<Measured, CaseError> {
+fn afterpulsing_time_constants(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let (primary_cps, probability) = (1e6, 0.4);
     let expected_cps = primary_cps / (1.0 + f64::ln_1p(-probability));
     let mut deviations = Vec::new();
@@ -144,7 +144,7 @@ fn afterpulsing_time_constants(seed: u64) -> Result<Measured, CaseError> {
         })?;
         deviations.push(rate_z(&scene, 12_500_000 / chips * 4, seed, expected_cps));
     }
-    Measured::deviation(deviations)
+    CaseMeasurement::deviation(deviations)
 }
 
 /// Mean count when each avalanche is followed, with this probability, by another
@@ -154,7 +154,7 @@ pub(super) fn quick_trap_behind_dead_time(
     probability: f64,
     scans: u64,
     seed: u64,
-) -> Result<Measured, CaseError> {
+) -> Result<CaseMeasurement, CaseError> {
     let dead_time_s = 14e-9;
     let scene = constant_light(primary_cps, 20_000, |spad| {
         spad.dead_time_ps = dead_time_s * 1e12;
@@ -162,10 +162,10 @@ pub(super) fn quick_trap_behind_dead_time(
         spad.afterpulsing_time_constant_ps = 1.0;
     })?;
     let expected_cps = primary_cps / (1.0 - probability + primary_cps * dead_time_s);
-    Measured::deviation([rate_z(&scene, scans, seed, expected_cps)])
+    CaseMeasurement::deviation([rate_z(&scene, scans, seed, expected_cps)])
 }
 
-fn slow_trap(seed: u64) -> Result<Measured, CaseError> {
+fn slow_trap(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let (primary_cps, dead_time_s) = (1e7, 14e-9);
     let mean = -f64::ln_1p(-0.137);
     let scene = constant_light(primary_cps, 250_000, |spad| {
@@ -176,7 +176,7 @@ fn slow_trap(seed: u64) -> Result<Measured, CaseError> {
     // D m R^2 + (1 + D lambda - m) R - lambda = 0, its positive root.
     let (a, b) = (dead_time_s * mean, 1.0 + dead_time_s * primary_cps - mean);
     let expected_cps = ((b * b + 4.0 * a * primary_cps).sqrt() - b) / (2.0 * a);
-    Measured::deviation([rate_z(&scene, 40, seed, expected_cps)])
+    CaseMeasurement::deviation([rate_z(&scene, 40, seed, expected_cps)])
 }
 
 /// Deviations of mean and variance.
@@ -203,10 +203,10 @@ fn dead_times(seed: u64) -> Result<Vec<[f64; 2]>, CaseError> {
         .collect()
 }
 
-fn millisecond_dead_time(seed: u64) -> Result<Measured, CaseError> {
+fn millisecond_dead_time(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let scene = constant_light(50e6, 125_000_000, |spad| spad.dead_time_ps = 1e9)?;
     let expected = step_s(&scene) / (1e-3 + 1.0 / 50e6);
-    Measured::largest([totals(&scene, 10, seed).mean - expected], "counts", 1.0)
+    CaseMeasurement::largest([totals(&scene, 10, seed).mean - expected], "counts", 1.0)
 }
 
 /// A scene with every time multiplied by a factor, and every rate divided.
@@ -240,7 +240,7 @@ fn scaled(scene: &Scene, factor: f64) -> Scene {
     scene
 }
 
-fn chip_periods() -> Result<Measured, CaseError> {
+fn chip_periods() -> Result<CaseMeasurement, CaseError> {
     let scene = table_i(GOLD_5, 20e6, 13_100)?;
     let in_chips = |scene: &Scene| -> Result<[f64; 2], CaseError> {
         let expected = predicted(scene, CountingTier::Events)?;
@@ -254,16 +254,16 @@ fn chip_periods() -> Result<Measured, CaseError> {
     }
     // Cells of some hundred steps, each with rounding errors of a few 10^-16,
     // in a difference of counts that cancel to a thousandth.
-    Measured::largest(changes, "relative", 1e-9)
+    CaseMeasurement::largest(changes, "relative", 1e-9)
 }
 
-fn scaled_by_powers_of_two(seed: u64) -> Result<Measured, CaseError> {
+fn scaled_by_powers_of_two(seed: u64) -> Result<CaseMeasurement, CaseError> {
     let scene = table_i(GOLD_5, 20e6, 3_100)?;
     let expected = counts(&scene, 248, seed);
     let wrong = [-6, 17].map(|exponent| {
         differing(&expected, &counts(&scaled(&scene, 2f64.powi(exponent)), 248, seed))
     });
-    Measured::none(wrong.iter().sum(), seen(&expected), "counts")
+    CaseMeasurement::none(wrong.iter().sum(), seen(&expected), "counts")
 }
 
 #[cfg(test)]

@@ -15,12 +15,12 @@ use crate::photons::Pulse;
 use crate::reference::adversarial::Adversarial;
 use crate::reference::blocks::Records;
 use crate::reference::exercise::Exercised;
-use crate::reference::predictor::{Reference, StepResult};
+use crate::reference::predictor::{ReferenceModel, StepResult};
 use crate::reference::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::scan::Sampling;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// Clocks of a run whose ports can be read.
 const PORT_CLOCKS: u64 = 4000;
@@ -28,7 +28,7 @@ const PORT_CLOCKS: u64 = 4000;
 /// Inputs of a run, decided beforehand; reset for the first clocks comes by
 /// itself.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Script {
+pub(super) struct StimulusScript {
     /// For each detector, in order of their first sample.
     pub pulses: Vec<Vec<Pulse>>,
     /// Further resets, in order.
@@ -37,16 +37,16 @@ pub(super) struct Script {
     pub stalls: Vec<Range<u64>>,
 }
 
-impl Script {
+impl StimulusScript {
     /// One detector with these pulses, always taken.
-    pub fn new(pulses: Vec<Pulse>) -> Script {
-        Script { pulses: vec![pulses], ..Script::default() }
+    pub fn new(pulses: Vec<Pulse>) -> StimulusScript {
+        StimulusScript { pulses: vec![pulses], ..StimulusScript::default() }
     }
 }
 
 /// A script that is being played.
 struct Player<'a> {
-    script: &'a Script,
+    script: &'a StimulusScript,
     sampling: Sampling,
 }
 
@@ -69,7 +69,7 @@ impl Stimulus for Player<'_> {
 }
 
 /// A scene's hardware, built.
-pub(super) struct Testbench {
+pub(super) struct CaseTestbench {
     pub interface: Interface,
     layout: Layout,
     model: Verilated,
@@ -85,16 +85,16 @@ pub(super) struct BenchRun {
     exercise: Exercised,
 }
 
-impl Testbench {
+impl CaseTestbench {
     /// Emits and builds the Verilog of a scene.
-    pub fn new(scene: &Scene) -> Result<Testbench, CaseError> {
+    pub fn new(scene: &Scene) -> Result<CaseTestbench, CaseError> {
         let interface = Interface::of(scene);
         let layout = Layout::of(&interface);
         let sensor = Sensor::new(scene);
         let files = deliver::verilog(&sensor, &Prefix::default(), "goldtof stress")?;
         let sources = sources_of(&files);
         let library = build(TOP, &sources, &interface, &cache_dir()?)?;
-        Ok(Testbench { model: Verilated::load(&library, &layout)?, interface, layout })
+        Ok(CaseTestbench { model: Verilated::load(&library, &layout)?, interface, layout })
     }
 
     /// Clock at which the word of the first scan's first chip is presented.
@@ -103,7 +103,7 @@ impl Testbench {
     }
 
     /// Plays a script for some clocks.
-    pub fn play(&mut self, script: &Script, clocks: u64) -> Result<BenchRun, CaseError> {
+    pub fn play(&mut self, script: &StimulusScript, clocks: u64) -> Result<BenchRun, CaseError> {
         let sampling = self.interface.timing.sampling();
         let run = self.run(&mut Player { script, sampling }, clocks)?;
         ensure!(
@@ -129,7 +129,7 @@ impl Testbench {
         let mut results = Vec::new();
         let outcome = Lockstep {
             model: &mut self.model,
-            reference: &mut Reference::new(self.interface.clone())?,
+            reference: &mut ReferenceModel::new(self.interface.clone())?,
             stimulus,
             layout: &self.layout,
             window: Window::Clocks(0..PORT_CLOCKS),
@@ -144,7 +144,7 @@ impl Testbench {
     }
 
     /// The Verilog's value of a port at each of a run's first [`PORT_CLOCKS`] clocks.
-    pub fn port<'a>(&'a self, run: &'a BenchRun, port: Role) -> impl Iterator<Item = u64> + 'a {
+    pub fn port<'a>(&'a self, run: &'a BenchRun, port: PortRole) -> impl Iterator<Item = u64> + 'a {
         let field = self.layout.outputs.field(port).clone();
         let records = run.records.got.values.chunks_exact(self.layout.outputs.words);
         records.map(move |record| field.low_word(record))

@@ -12,21 +12,21 @@ const MOST_VALUES: u32 = 100_000;
 /// A key, and the values that it takes in turn. In JSON it is its text.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(into = "String", try_from = "String")]
-#[schemars(with = "String")]
-pub struct Axis {
+#[schemars(with = "String", rename = "Axis")]
+pub struct SweepAxis {
     /// As it was written, `source[0].mean_power=1 pW..64 pW x7`.
     pub text: String,
     /// The key, `source[0].mean_power`.
     pub key: String,
     /// The values, in the order in which they are taken.
-    pub values: Vec<Value>,
+    pub values: Vec<AxisValue>,
     /// Whether they are spaced by ratio.
     pub by_ratio: bool,
 }
 
 /// One value of an axis.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Value {
+pub struct AxisValue {
     /// As a setting has it, `1 pW`.
     pub text: String,
     /// Its number, if it is one with or without a unit.
@@ -38,24 +38,24 @@ pub struct Value {
 const FORMS: &str = "write a list, \"1 pW, 4 pW, 16 pW\", values spaced evenly by ratio, \
                      \"1 pW..64 pW x7\", or by difference, \"1 m..10 m +10\"";
 
-impl From<Axis> for String {
-    fn from(axis: Axis) -> String {
+impl From<SweepAxis> for String {
+    fn from(axis: SweepAxis) -> String {
         axis.text
     }
 }
 
-impl TryFrom<String> for Axis {
+impl TryFrom<String> for SweepAxis {
     type Error = String;
 
-    fn try_from(text: String) -> Result<Axis, String> {
+    fn try_from(text: String) -> Result<SweepAxis, String> {
         text.parse()
     }
 }
 
-impl FromStr for Axis {
+impl FromStr for SweepAxis {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Axis, String> {
+    fn from_str(text: &str) -> Result<SweepAxis, String> {
         let (key, values) =
             Setting::split(text).map_err(|problem| format!("{problem}; {FORMS}"))?;
         // Whether it is a key at all.
@@ -64,15 +64,15 @@ impl FromStr for Axis {
             Some((from, rest)) => range(from, rest)?,
             None => (list(values)?, false),
         };
-        Ok(Axis { text: text.trim().to_owned(), key: key.to_owned(), values, by_ratio })
+        Ok(SweepAxis { text: text.trim().to_owned(), key: key.to_owned(), values, by_ratio })
     }
 }
 
-impl Axis {
+impl SweepAxis {
     /// The unit of all values, if all are numbers of one unit.
     pub fn unit(&self) -> Option<&str> {
         let first = self.values.first()?;
-        let is_alike = |value: &Value| value.number.is_some() && value.unit == first.unit;
+        let is_alike = |value: &AxisValue| value.number.is_some() && value.unit == first.unit;
         self.values.iter().all(is_alike).then_some(&first.unit)
     }
 
@@ -85,34 +85,34 @@ impl Axis {
     }
 }
 
-impl Value {
-    fn of(text: &str) -> Value {
+impl AxisValue {
+    fn of(text: &str) -> AxisValue {
         let text = text.trim();
         let end = text
             .find(|c: char| c.is_ascii_alphabetic() && c != 'e' && c != 'E')
             .unwrap_or(text.len());
         let (number, unit) = text.split_at(end);
         let number: Option<f64> = number.trim().parse().ok().filter(|n: &f64| n.is_finite());
-        Value {
+        AxisValue {
             text: text.to_owned(),
             unit: number.map_or_else(String::new, |_| unit.trim().to_owned()),
             number,
         }
     }
 
-    fn with_unit(number: f64, unit: &str) -> Value {
+    fn with_unit(number: f64, unit: &str) -> AxisValue {
         // Twelve digits are more than anyone means, and hide what rounding adds.
         let rounded: f64 = format!("{number:.11e}").parse().unwrap_or(number);
         let text = match unit {
             "" => rounded.to_string(),
             _ => format!("{rounded} {unit}"),
         };
-        Value { text, number: Some(rounded), unit: unit.to_owned() }
+        AxisValue { text, number: Some(rounded), unit: unit.to_owned() }
     }
 }
 
 /// `FROM..TO xN` or `FROM..TO +N`.
-fn range(from: &str, rest: &str) -> Result<(Vec<Value>, bool), String> {
+fn range(from: &str, rest: &str) -> Result<(Vec<AxisValue>, bool), String> {
     let Some((to, how)) = rest.trim().rsplit_once(char::is_whitespace) else {
         return Err(format!("\"{}\" does not say how many; {FORMS}", rest.trim()));
     };
@@ -121,7 +121,7 @@ fn range(from: &str, rest: &str) -> Result<(Vec<Value>, bool), String> {
     let count: u32 = count.filter(|count| (2..=MOST_VALUES).contains(count)).ok_or_else(|| {
         format!("\"{how}\" is not a number of values from 2 to {MOST_VALUES}; {FORMS}")
     })?;
-    let ends = [from, to].map(Value::of);
+    let ends = [from, to].map(AxisValue::of);
     let [Some(first), Some(last)] = [ends[0].number, ends[1].number] else {
         return Err(format!("\"{from}..{to}\" has no two numbers; {FORMS}"));
     };
@@ -147,12 +147,12 @@ fn range(from: &str, rest: &str) -> Result<(Vec<Value>, bool), String> {
             (_, false) => first + share * (last - first),
         }
     };
-    let values = (0..count).map(|i| Value::with_unit(value(i), &ends[0].unit));
+    let values = (0..count).map(|i| AxisValue::with_unit(value(i), &ends[0].unit));
     Ok((values.collect(), by_ratio))
 }
 
 /// The values of a list; commas within brackets and quotation marks divide nothing.
-fn list(text: &str) -> Result<Vec<Value>, String> {
+fn list(text: &str) -> Result<Vec<AxisValue>, String> {
     let (mut parts, mut depth, mut is_quoted) = (vec![String::new()], 0, false);
     for character in text.chars() {
         match character {
@@ -169,7 +169,7 @@ fn list(text: &str) -> Result<Vec<Value>, String> {
             last.push(character);
         }
     }
-    let values: Vec<Value> = parts.iter().map(|part| Value::of(part)).collect();
+    let values: Vec<AxisValue> = parts.iter().map(|part| AxisValue::of(part)).collect();
     if values.iter().any(|value| value.text.is_empty()) {
         return Err(format!("a value is missing in \"{text}\"; {FORMS}"));
     }
@@ -185,7 +185,7 @@ mod tests {
     use super::*;
 
     fn texts(axis: &str) -> Vec<String> {
-        let axis: Axis = axis.parse().unwrap();
+        let axis: SweepAxis = axis.parse().unwrap();
         axis.values.into_iter().map(|value| value.text).collect()
     }
 
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn columns_have_units_where_all_values_have_one() {
-        let column = |axis: &str| axis.parse::<Axis>().unwrap().column();
+        let column = |axis: &str| axis.parse::<SweepAxis>().unwrap().column();
         assert_eq!(column("a.b=1 pW, 3 pW"), "a.b (pW)");
         assert_eq!(column("a.b=1 pW, 3 nW"), "a.b");
         assert_eq!(column("a.b=1..3 +3"), "a.b");
@@ -235,7 +235,7 @@ mod tests {
             ("a.b=", "a value is missing"),
             ("a.b=1,2,1", "\"1\" stands twice"),
         ] {
-            let error = axis.parse::<Axis>().expect_err(axis);
+            let error = axis.parse::<SweepAxis>().expect_err(axis);
             assert!(error.contains(told), "{axis}: {error}");
         }
     }

@@ -14,8 +14,8 @@ mod table;
 use std::sync::{Mutex, PoisonError, mpsc};
 use std::thread;
 
-pub use axis::{Axis, Value};
-pub use points::{Point, Sweep, SweepError, SweepOptions};
+pub use axis::{AxisValue, SweepAxis};
+pub use points::{Sweep, SweepError, SweepOptions, SweepPoint};
 use rayon::ThreadPoolBuilder;
 pub use store::{Store, StoreError};
 pub use table::{Plot, contradicted, empty};
@@ -23,11 +23,11 @@ pub use table::{Plot, contradicted, empty};
 use crate::cosim::engine::Engine;
 use crate::simulate::Tier;
 use crate::simulate::repeat::{Simulated, Simulation};
-use crate::simulate::scans::{Prepared, ScansError};
+use crate::simulate::scans::{PreparedTier, ScansError};
 
 /// Why a sweep came to no table.
 #[derive(Debug, thiserror::Error)]
-pub enum RunError {
+pub enum SweepRunError {
     /// A point is no scene.
     #[error("{0}")]
     Sweep(#[from] SweepError),
@@ -54,7 +54,7 @@ pub fn run(
     store: &mut Store,
     numbers: impl Iterator<Item = usize>,
     mut on_point: impl FnMut(usize),
-) -> Result<(), RunError> {
+) -> Result<(), SweepRunError> {
     let missing: Vec<usize> = numbers.filter(|&number| !store.has(number)).collect();
     let mut done = store.done();
     on_point(done);
@@ -92,7 +92,7 @@ pub fn run(
         // What it waits for ends with it, before the threads are waited for.
         let points = points;
         while let Ok(first) = points.recv() {
-            let some: Result<Vec<_>, RunError> =
+            let some: Result<Vec<_>, SweepRunError> =
                 std::iter::once(first).chain(points.try_iter()).collect();
             let some = some?;
             store.keep(&some)?;
@@ -104,7 +104,7 @@ pub fn run(
 }
 
 /// The rows of a point.
-fn rows_csv(sweep: &Sweep, number: usize) -> Result<String, RunError> {
+fn rows_csv(sweep: &Sweep, number: usize) -> Result<String, SweepRunError> {
     let point = sweep.point(number)?;
     let over = &sweep.options.over;
     let table = match simulation(sweep, &point) {
@@ -116,9 +116,9 @@ fn rows_csv(sweep: &Sweep, number: usize) -> Result<String, RunError> {
 }
 
 /// A point as one of all, whose scans are held against what is expected of them together.
-fn simulation(sweep: &Sweep, point: &Point) -> Result<Simulation, ScansError> {
+fn simulation(sweep: &Sweep, point: &SweepPoint) -> Result<Simulation, ScansError> {
     let SweepOptions { fidelity, seed, repetitions, .. } = sweep.options;
-    let prepared = Prepared::new(&point.sensor, fidelity, Engine::Auto)?;
+    let prepared = PreparedTier::new(&point.sensor, fidelity, Engine::Auto)?;
     let simulated = Simulated::new(&point.sensor, fidelity.scans(repetitions).seeded(seed))?;
     simulated.one_of(sweep.len()).simulate(&prepared, &mut |_| ())
 }

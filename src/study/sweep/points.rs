@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::axis::{Axis, Value};
+use super::axis::{AxisValue, SweepAxis};
 use crate::document::Document;
 use crate::scene::{EstimatorKind, SceneErrors, SceneText, Setting, TotalsMissing};
 use crate::sensor::Sensor;
@@ -31,7 +31,7 @@ pub struct SweepOptions {
     /// by ratio, 'source[0].mean_power=1 pW..64 pW x7'; or by difference,
     /// 'path.distance=1 m..10 m +10'. May be repeated, for every combination
     #[arg(long, value_name = "KEY=VALUES", required = true)]
-    pub over: Vec<Axis>,
+    pub over: Vec<SweepAxis>,
     /// Scans of each point, 1 to 1000000, for example --repeat 1000
     #[arg(long = "repeat", value_name = "R", default_value_t = SweepOptions::default().repetitions,
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
@@ -56,11 +56,11 @@ impl Default for SweepOptions {
 
 /// One of them.
 #[derive(Debug, Clone)]
-pub struct Point<'s> {
+pub struct SweepPoint<'s> {
     /// Its number, from 0.
     pub number: usize,
     /// The value of each axis.
-    pub values: Vec<(&'s Axis, &'s Value)>,
+    pub values: Vec<(&'s SweepAxis, &'s AxisValue)>,
     /// The scene with these values.
     pub sensor: Sensor,
 }
@@ -129,9 +129,9 @@ impl Sweep {
     ///
     /// # Errors
     /// What is wrong with its scene.
-    pub fn point(&self, number: usize) -> Result<Point<'_>, SweepError> {
+    pub fn point(&self, number: usize) -> Result<SweepPoint<'_>, SweepError> {
         let mut rest = number;
-        let mut values: Vec<(&Axis, &Value)> = Vec::new();
+        let mut values: Vec<(&SweepAxis, &AxisValue)> = Vec::new();
         for axis in self.options.over.iter().rev() {
             values.push((axis, &axis.values[rest % axis.values.len()]));
             rest /= axis.values.len();
@@ -142,7 +142,7 @@ impl Sweep {
             let setting = Setting::of(&axis.key, &value.text, "--over");
             scene.settings.push(setting.map_err(SweepError::Setting)?);
         }
-        Ok(Point {
+        Ok(SweepPoint {
             number,
             values,
             sensor: Sensor::new(&scene.scene()?.with_estimator(self.options.estimator)?.summed()),

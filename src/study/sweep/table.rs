@@ -3,26 +3,26 @@
 use std::collections::HashSet;
 use std::hash::{BuildHasher as _, BuildHasherDefault, DefaultHasher};
 
-use super::axis::Axis;
-use super::points::{Point, Sweep};
-use crate::report::chart::{Axis as ChartAxis, Chart, Mark, Panel};
-use crate::report::table::{Cell, Column, Kind, Row, Table, Value, fields};
+use super::axis::SweepAxis;
+use super::points::{Sweep, SweepPoint};
+use crate::report::chart::{Chart, ChartAxis, Mark, Panel};
+use crate::report::table::{ColumnKind, Row, Table, TableCell, TableColumn, TableValue, fields};
 use crate::simulate::path_statistics::PathStatistics;
 use crate::simulate::repeat::Simulation;
 
 /// A table of a sweep without rows: the point, the value of each axis, and what was found.
-pub fn empty(axes: &[Axis]) -> Table {
-    let mut columns = vec![Column::new("point", Kind::Integer)];
+pub fn empty(axes: &[SweepAxis]) -> Table {
+    let mut columns = vec![TableColumn::new("point", ColumnKind::Integer)];
     columns.extend(axes.iter().map(of_axis));
     columns.extend(found(&[]).columns);
     Table { columns, rows: Vec::new() }
 }
 
-fn of_axis(axis: &Axis) -> Column {
+fn of_axis(axis: &SweepAxis) -> TableColumn {
     let unit = axis.unit();
-    Column {
+    TableColumn {
         name: axis.column(),
-        kind: if unit.is_some() { Kind::Number } else { Kind::Text },
+        kind: if unit.is_some() { ColumnKind::Number } else { ColumnKind::Text },
         unit: unit.filter(|unit| !unit.is_empty()).map(str::to_owned),
     }
 }
@@ -44,7 +44,7 @@ fn found(paths: &[(u64, &PathStatistics)]) -> Table {
 }
 
 /// The table of a point that was simulated.
-pub(super) fn of_point(axes: &[Axis], point: &Point, simulation: &Simulation) -> Table {
+pub(super) fn of_point(axes: &[SweepAxis], point: &SweepPoint, simulation: &Simulation) -> Table {
     let paths: Vec<(u64, &PathStatistics)> =
         simulation.estimates.iter().map(|path| (simulation.repetitions, path)).collect();
     let rows = found(&paths).rows.into_iter().map(|row| {
@@ -55,19 +55,19 @@ pub(super) fn of_point(axes: &[Axis], point: &Point, simulation: &Simulation) ->
 }
 
 /// The table of a point that the tier cannot do.
-pub(super) fn refused(axes: &[Axis], point: &Point, reason: &str) -> Table {
+pub(super) fn refused(axes: &[SweepAxis], point: &SweepPoint, reason: &str) -> Table {
     let mut table = empty(axes);
     let mut values = point_values(point);
-    values.resize(table.columns.len() - 1, Value::None);
+    values.resize(table.columns.len() - 1, TableValue::None);
     values.push(reason.value());
     table.rows.push(Row { name: String::new(), values });
     table
 }
 
-fn point_values(point: &Point) -> Vec<Value> {
+fn point_values(point: &SweepPoint) -> Vec<TableValue> {
     let values = point.values.iter().map(|(axis, value)| match (axis.unit(), value.number) {
-        (Some(_), Some(number)) => Value::Number(number),
-        _ => Value::Text(value.text.clone()),
+        (Some(_), Some(number)) => TableValue::Number(number),
+        _ => TableValue::Text(value.text.clone()),
     });
     std::iter::once((point.number as u64).value()).chain(values).collect()
 }
@@ -82,7 +82,8 @@ fn remarks(path: &PathStatistics) -> String {
 
 /// Rows whose scans contradict what is expected of them.
 pub fn contradicted(table: &Table) -> usize {
-    let contradicts = |row: &&Row| *table.value(row, "expectation_holds") == Value::Truth(false);
+    let contradicts =
+        |row: &&Row| *table.value(row, "expectation_holds") == TableValue::Truth(false);
     table.rows.iter().filter(contradicts).count()
 }
 
@@ -96,7 +97,7 @@ const DRAWN: [&str; 6] =
 
 /// The plot of a sweep in the making: what it shows of the rows so far.
 pub struct Plot<'s> {
-    axes: &'s [Axis],
+    axes: &'s [SweepAxis],
     /// Points with one value of the first axis.
     stride: usize,
     /// It shows every so many values of the first axis.
@@ -114,7 +115,7 @@ impl Plot<'_> {
         let axes = &sweep.options.over;
         let values = axes.first().map_or(1, |axis| axis.values.len());
         let mut shown = empty(axes);
-        let along = axes.first().map_or_else(String::new, Axis::column);
+        let along = axes.first().map_or_else(String::new, SweepAxis::column);
         shown.columns.retain(|column| column.name == along || DRAWN.contains(&&*column.name));
         Plot {
             axes,
@@ -165,7 +166,7 @@ impl Plot<'_> {
 
     /// Draws it.
     pub fn svg(&self, scene: &str) -> String {
-        let along = self.axes.first().map_or_else(String::new, Axis::column);
+        let along = self.axes.first().map_or_else(String::new, SweepAxis::column);
         let x = match self.axes.first().is_some_and(|axis| axis.by_ratio) {
             true => ChartAxis::log(along.clone(), along),
             false => ChartAxis::linear(along.clone(), along),
@@ -185,7 +186,7 @@ impl Plot<'_> {
     /// What a row's series is called: the values of all axes but the first, and
     /// detector and path.
     fn series_name(&self, table: &Table, row: &Row) -> String {
-        let others = self.axes.iter().skip(1).map(Axis::column);
+        let others = self.axes.iter().skip(1).map(SweepAxis::column);
         let others = others.map(|column| format!("{column} {}", table.value(row, &column).text()));
         let [detector, path] = ["detector", "path"].map(|name| table.value(row, name).text());
         others.chain([format!("{detector}, path {path}")]).collect::<Vec<_>>().join(", ")

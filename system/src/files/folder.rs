@@ -8,7 +8,7 @@ use super::FileError;
 use super::durable::{make_folders, sync_folder};
 use super::guarded::kind_of;
 use super::staged::{Staged, stage_as};
-use super::target::Name;
+use super::target::NameOrigin;
 
 /// A folder for a command's files, locked against other runs of goldtof until
 /// it is dropped. Files of others in it are left alone.
@@ -87,7 +87,7 @@ impl OutputFolder {
         name: &str,
         fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
     ) -> Result<Staged, FileError> {
-        stage_as(Name::Ours, &self.join(name), fill)
+        stage_as(NameOrigin::Ours, &self.join(name), fill)
     }
 
     /// Writes one of its files, whole or not at all.

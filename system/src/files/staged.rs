@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::FileError;
 use super::durable::{sync_file, sync_folder};
 use super::guarded::open_ours;
-use super::target::{Name, Target, open_stream};
+use super::target::{FileTarget, NameOrigin, open_stream};
 use crate::interrupt::Unfinished;
 use crate::printable::printable_path;
 
@@ -43,7 +43,7 @@ pub fn stage(
     path: &Path,
     fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
 ) -> Result<Staged, FileError> {
-    stage_as(Name::Given, path, fill)
+    stage_as(NameOrigin::Given, path, fill)
 }
 
 /// Whether a file of the user's name `path` can be made, found out without
@@ -52,21 +52,21 @@ pub fn stage(
 /// # Errors
 /// When it cannot.
 pub fn check_target(path: &Path) -> Result<(), FileError> {
-    match Target::of(path, Name::Given) {
-        Ok(Target::Stream(_)) => Ok(()),
+    match FileTarget::of(path, NameOrigin::Given) {
+        Ok(FileTarget::Stream(_)) => Ok(()),
         _ => stage(path, |_| Ok(())).map(drop),
     }
 }
 
 pub(super) fn stage_as(
-    name: Name,
+    name: NameOrigin,
     path: &Path,
     fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
 ) -> Result<Staged, FileError> {
     let failed = |source| cannot_write(path)(source);
-    let (file, hidden) = match Target::of(path, name).map_err(failed)? {
-        Target::Stream(stream) => (open_stream(&stream).map_err(failed)?, None),
-        Target::File(target) => {
+    let (file, hidden) = match FileTarget::of(path, name).map_err(failed)? {
+        FileTarget::Stream(stream) => (open_stream(&stream).map_err(failed)?, None),
+        FileTarget::File(target) => {
             let (file, hidden) = open_hidden(target).map_err(|error| match error.kind() {
                 io::ErrorKind::NotFound => failed(io::Error::other("its folder does not exist")),
                 _ => failed(error),
@@ -245,12 +245,12 @@ mod tests {
         fs::write(at("victim"), "precious").unwrap();
         for (link, target) in [("link", "victim"), ("dangling", "nowhere")] {
             symlink(target, at(link)).unwrap();
-            let staged = stage_as(Name::Ours, &at(link), |out| out.write_all(b"ours"));
+            let staged = stage_as(NameOrigin::Ours, &at(link), |out| out.write_all(b"ours"));
             staged.unwrap().publish().unwrap();
             assert!(!at(link).is_symlink());
             assert_eq!(fs::read_to_string(at(link)).unwrap(), "ours");
         }
-        let null = stage_as(Name::Ours, Path::new("/dev/null"), |_| Ok(()));
+        let null = stage_as(NameOrigin::Ours, Path::new("/dev/null"), |_| Ok(()));
         assert!(null.unwrap_err().to_string().contains("a device is there"));
         assert_eq!(fs::read_to_string(at("victim")).unwrap(), "precious");
         assert_eq!(names(folder.path()), ["dangling", "link", "victim"]);

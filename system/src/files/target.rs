@@ -14,7 +14,7 @@ const MOST_LINKS: u32 = 40;
 
 /// Whose choice a file's name is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Name {
+pub(super) enum NameOrigin {
     /// The user's: a link is followed, because it is its target that the user
     /// means, and a device or a pipe is written as it stands.
     Given,
@@ -25,27 +25,27 @@ pub(super) enum Name {
 
 /// Where a file goes.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Target {
+pub(super) enum FileTarget {
     /// To this name, by a rename.
     File(PathBuf),
     /// Into this device or pipe, byte by byte.
     Stream(PathBuf),
 }
 
-impl Target {
+impl FileTarget {
     /// Finds out without opening anything.
     ///
     /// # Errors
     /// When a file cannot stand there.
-    pub fn of(path: &Path, name: Name) -> io::Result<Target> {
+    pub fn of(path: &Path, name: NameOrigin) -> io::Result<FileTarget> {
         let found = match name {
-            Name::Given => fs::metadata(path),
-            Name::Ours => fs::symlink_metadata(path),
+            NameOrigin::Given => fs::metadata(path),
+            NameOrigin::Ours => fs::symlink_metadata(path),
         };
         let found = match found {
             Ok(found) => found,
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                return Ok(Target::File(where_it_leads(path)?));
+                return Ok(FileTarget::File(where_it_leads(path)?));
             }
             Err(error) => return Err(error),
         };
@@ -53,9 +53,11 @@ impl Target {
         let is_stream = kind.is_char_device() || kind.is_fifo();
         match name {
             _ if kind.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
-            Name::Given if kind.is_file() => Ok(Target::File(fs::canonicalize(path)?)),
-            Name::Given if is_stream => Ok(Target::Stream(path.to_owned())),
-            Name::Ours if kind.is_file() || kind.is_symlink() => Ok(Target::File(path.to_owned())),
+            NameOrigin::Given if kind.is_file() => Ok(FileTarget::File(fs::canonicalize(path)?)),
+            NameOrigin::Given if is_stream => Ok(FileTarget::Stream(path.to_owned())),
+            NameOrigin::Ours if kind.is_file() || kind.is_symlink() => {
+                Ok(FileTarget::File(path.to_owned()))
+            }
             _ => Err(io::Error::other(format!(
                 "{} is there, which goldtof does not replace",
                 kind_of(&found)

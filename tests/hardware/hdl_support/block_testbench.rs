@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 
 use goldtof::rtl::back::{ModuleText, Prefix, verilog_of};
-use goldtof::rtl::front::{Inputs, tick};
+use goldtof::rtl::front::{BlockInputs, tick};
 use rust_hdl_core::atom::Atom;
 use rust_hdl_core::block::Block;
 use rust_hdl_core::probe::Probe;
@@ -71,7 +71,7 @@ impl Case {
 
     /// A block, whose inputs of these names are set and whose outputs are read, in their order; a
     /// vector's are as many.
-    pub fn new<B: Block + Inputs>(
+    pub fn new<B: Block + BlockInputs>(
         mut block: B,
         (in_names, out_names): (&[&str], &[&str]),
         inputs: Vec<Vec<u128>>,

@@ -1,7 +1,7 @@
 //! Scenes drawn at random from the interface.
 
 use goldtof::deliver::{Emission, EmittedFile, HdlError, Prefix, emit, verilog};
-use goldtof::scene::{Architecture, Polarity, Registers, Scene, Share, Target};
+use goldtof::scene::{Architecture, FpgaTarget, Polarity, Registers, Scene, Share};
 use goldtof::sensor::Sensor;
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -110,7 +110,7 @@ fn draw(rng: &mut Xoshiro256PlusPlus, extent: Extent) -> Scene {
     scene.hardware.peak_detector = rng.random_bool(0.4);
     scene.hardware.total_counts = Some(rng.random());
     if rng.random_bool(0.3) {
-        scene.hardware.target = Target::Ice40Hx8k;
+        scene.hardware.target = FpgaTarget::Ice40Hx8k;
     }
     if rng.random_bool(0.2) {
         // With the shorter one, several samples of a word can be hits.

@@ -15,9 +15,9 @@ use std::sync::{Arc, Mutex};
 use goldtof::code::{Code, Generator, Lfsr};
 use goldtof::deliver::{HdlError, emit};
 use goldtof::scene::{
-    CellOutputs, Combination, CounterTiming, Detector, EstimatorKind, Hardware,
+    CellOutputs, Combination, CounterTiming, Detector, EstimatorKind, FpgaTarget, Hardware,
     LEAST_CHIPS_OF_ROWS, LaserResponse, OtherLight, Polarity, Readout, Scan, Scene, Source,
-    SourceClock, SourceIndex, Target,
+    SourceClock, SourceIndex,
 };
 use goldtof::sensor::Sensor;
 
@@ -262,7 +262,7 @@ pub fn random_scene(noise: &mut stimulus::Noise, case: u32) -> Scene {
     let mut scene = scene(&codes, reference, lanes as u32, first, steps, integration, width);
     scene.hardware.parallel = parallel as u32;
     if noise.below(3) == 0 {
-        scene.hardware.target = Target::Ice40Hx8k;
+        scene.hardware.target = FpgaTarget::Ice40Hx8k;
     }
     for number in 0..noise.below(3) as u32 {
         // Another code of the same length.

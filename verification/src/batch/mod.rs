@@ -44,7 +44,7 @@ mod record;
 mod scoreboard;
 
 pub use self::error::BatchError;
-pub use self::model::{Inputs, Model};
+pub use self::model::{BatchInputs, Model};
 pub use self::ports::PortValues;
 pub use self::record::TestbenchPort;
 pub use self::scoreboard::{Scoreboard, ScoreboardOptions, Summary};

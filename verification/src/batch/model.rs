@@ -4,16 +4,16 @@ use super::BatchError;
 use super::edges::{LastCells, LastSample};
 use crate::reference::exercise::Exercised;
 use crate::reference::host_ports::HostInputs;
-use crate::reference::predictor::{Reference, StepResult, Surroundings};
+use crate::reference::predictor::{ReferenceModel, StepResult, Surroundings};
 use crate::scan::Sample;
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// The inputs of a batch of clocks.
 #[derive(Debug, Clone, Copy)]
-pub struct Inputs<'a, W> {
+pub struct BatchInputs<'a, W> {
     /// `i_samples`: a word for each detector, or for each of its cells if they have an input each,
     /// clock by clock; bit 0 is the earliest sample, and bits beyond a chip's samples are 0.
     pub samples: &'a [W],
@@ -29,7 +29,7 @@ pub struct Inputs<'a, W> {
 /// its registers have no values: the model holds all outputs at 0 till then.
 #[derive(Debug, Clone)]
 pub struct Model {
-    reference: Reference,
+    reference: ReferenceModel,
     layout: Layout,
     surroundings: Surroundings,
     /// For each detector, of the batch.
@@ -69,7 +69,7 @@ impl Model {
             clock: 0,
             reset_since: Some(0),
             first_reset: None,
-            reference: Reference::new(interface)?,
+            reference: ReferenceModel::new(interface)?,
         })
     }
 
@@ -111,7 +111,7 @@ impl Model {
     /// When the inputs are not those of this sensor; nothing has changed then.
     pub fn clock<W: Copy + Into<u64>>(
         &mut self,
-        inputs: &Inputs<W>,
+        inputs: &BatchInputs<W>,
         outputs: &mut Vec<u64>,
     ) -> Result<(), BatchError> {
         let clocks = self.check(inputs)?;
@@ -130,7 +130,7 @@ impl Model {
     ///
     /// # Errors
     /// When the inputs are not those of this sensor.
-    pub fn check<W: Copy + Into<u64>>(&self, inputs: &Inputs<W>) -> Result<usize, BatchError> {
+    pub fn check<W: Copy + Into<u64>>(&self, inputs: &BatchInputs<W>) -> Result<usize, BatchError> {
         let words = self.interface().inputs();
         if !inputs.samples.len().is_multiple_of(words) {
             return Err(BatchError::PartOfAClock { found: inputs.samples.len(), words });
@@ -140,8 +140,8 @@ impl Model {
             return Err(BatchError::NoRegisters);
         }
         let lengths = [
-            (Role::Reset.name(), inputs.reset.len()),
-            (Role::Ready.name(), inputs.ready.len()),
+            (PortRole::Reset.name(), inputs.reset.len()),
+            (PortRole::Ready.name(), inputs.ready.len()),
             ("the host", inputs.host.len()),
         ];
         for (input, found) in lengths {
@@ -274,7 +274,7 @@ mod tests {
             reset[..2].fill(1);
             let mut outputs = Vec::new();
             model
-                .clock(&Inputs { samples, reset: &reset, ready: &[], host: &[] }, &mut outputs)
+                .clock(&BatchInputs { samples, reset: &reset, ready: &[], host: &[] }, &mut outputs)
                 .unwrap();
             (outputs, model.take_results().map(|result| result.total).collect::<Vec<_>>())
         };
@@ -306,7 +306,7 @@ mod tests {
             reset[..2].fill(1);
             let mut outputs = Vec::new();
             model
-                .clock(&Inputs { samples, reset: &reset, ready: &[], host: &[] }, &mut outputs)
+                .clock(&BatchInputs { samples, reset: &reset, ready: &[], host: &[] }, &mut outputs)
                 .unwrap();
             (outputs, model.take_results().map(|result| result.total).collect::<Vec<_>>())
         };
@@ -321,7 +321,7 @@ mod tests {
         let mut model = Model::new(&Sensor::new(&scene)).unwrap();
         let mut outputs = Vec::new();
         let mut clock = |samples: &[u16], reset: &[u8]| {
-            let inputs = Inputs { samples, reset, ready: &[], host: &[] };
+            let inputs = BatchInputs { samples, reset, ready: &[], host: &[] };
             let told = model.clock(&inputs, &mut outputs);
             (told.map_err(|error| error.to_string()), model.clocks())
         };

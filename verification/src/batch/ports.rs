@@ -70,10 +70,10 @@ fn fill<T>(to: &mut [T], values: impl Iterator<Item = u64>, narrow: impl Fn(u64)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensor::port::Role;
+    use crate::sensor::port::PortRole;
 
     fn field(width: u32, word: usize, shift: u32) -> Field {
-        Field { port: Role::Data.port(width), word, shift }
+        Field { port: PortRole::Data.port(width), word, shift }
     }
 
     #[test]

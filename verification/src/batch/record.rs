@@ -6,7 +6,7 @@ use crate::reference::host_ports::HostInputs;
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Layout, mask};
-use crate::sensor::port::{Port, Role, Use};
+use crate::sensor::port::{Port, PortRole, Use};
 
 /// A port of the testbench, whose bits stand behind those of the port before it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub(super) struct RecordReader {
     samples: u32,
     inputs: u32,
     /// Ports that a host drives: where they are, and their bits.
-    host: Vec<(Role, u32, u32)>,
+    host: Vec<(PortRole, u32, u32)>,
     outputs: Vec<Piece>,
     output_words: usize,
 }
@@ -55,7 +55,7 @@ impl RecordReader {
     ) -> Result<RecordReader, BatchError> {
         let interface = sensor.interface();
         check(sensor, ports)?;
-        let place_of = |role: Role| {
+        let place_of = |role: PortRole| {
             let before = ports.iter().take_while(|port| port.name != role.name());
             before.map(|port| port.width).sum()
         };
@@ -75,9 +75,9 @@ impl RecordReader {
         let bits: u32 = ports.iter().map(|port| port.width).sum();
         Ok(RecordReader {
             words: bits.div_ceil(64) as usize,
-            reset_at: place_of(Role::Reset),
-            ready_at: place_of(Role::Ready),
-            samples_at: place_of(Role::Samples),
+            reset_at: place_of(PortRole::Reset),
+            ready_at: place_of(PortRole::Ready),
+            samples_at: place_of(PortRole::Samples),
             samples: interface.lanes(),
             inputs: interface.inputs() as u32,
             host: needed(interface)
@@ -167,7 +167,7 @@ fn bits(record: &[u64], at: u32, width: u32) -> u64 {
 /// The ports that a testbench has to have: all but the clock.
 fn needed(interface: &Interface) -> impl Iterator<Item = Port> {
     let ports = interface.ports().into_iter();
-    ports.filter(|port| port.role != Role::Clock)
+    ports.filter(|port| port.role != PortRole::Clock)
 }
 
 fn check(sensor: &Sensor, ports: &[TestbenchPort]) -> Result<(), BatchError> {
@@ -187,7 +187,7 @@ fn check(sensor: &Sensor, ports: &[TestbenchPort]) -> Result<(), BatchError> {
                 });
             }
             // Other scenes' sensors may have it.
-            None if Role::of(&port.name).is_none_or(|role| role == Role::Clock) => {
+            None if PortRole::of(&port.name).is_none_or(|role| role == PortRole::Clock) => {
                 let names: Vec<String> = needed(sensor.interface()).map(|p| p.name).collect();
                 return Err(BatchError::UnknownPort {
                     port: port.name.clone(),

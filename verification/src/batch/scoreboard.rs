@@ -1,17 +1,17 @@
 //! Stands beside a design in somebody's testbench and compares every port at every clock.
 
-use super::model::{Inputs, Model};
+use super::model::{BatchInputs, Model};
 use super::record::{Clocks, RecordReader, TestbenchPort};
 use super::{BatchError, held_to};
 use crate::cosim::Verdict;
 use crate::cosim::asked_latency::MOST_CLOCKS;
-use crate::cosim::comparison::Comparison;
+use crate::cosim::comparison::OutputComparison;
 use crate::cosim::exercised::{Exercised, missing};
 use crate::cosim::latency::HeldLatency;
 use crate::cosim::mismatch::{FirstMismatch, MismatchKind};
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// How a design is judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,7 +100,7 @@ impl Search {
     /// that of the outputs.
     fn look(&mut self, from: u64, clocks: &Clocks, expected: &[u64], layout: &Layout) {
         let words = layout.outputs.words;
-        let valid = layout.outputs.field(Role::Valid);
+        let valid = layout.outputs.field(PortRole::Valid);
         let shown = expected.chunks_exact(words).zip(clocks.got.chunks_exact(words));
         for (clock, (reset, (expected, got))) in (from..).zip(clocks.reset.iter().zip(shown)) {
             if self.late().is_some() {
@@ -233,7 +233,7 @@ impl Scoreboard {
 
     /// Clocks the model with the inputs of the clocks that have come.
     fn clock_pending(&mut self) {
-        let inputs = Inputs {
+        let inputs = BatchInputs {
             samples: &self.pending.samples,
             reset: &self.pending.reset,
             ready: &self.pending.ready,
@@ -263,7 +263,7 @@ impl Scoreboard {
     fn find(&mut self, first_clock: u64, from: usize) {
         let layout = self.model.layout();
         let comparison =
-            Comparison { layout, ignores_idle_payload: self.options.is_idle_payload_free };
+            OutputComparison { layout, ignores_idle_payload: self.options.is_idle_payload_free };
         let words = layout.outputs.words;
         let clocks = self.expected.chunks_exact(words);
         let clocks = clocks.zip(self.pending.got.chunks_exact(words));
@@ -359,7 +359,7 @@ mod tests {
         let samples: Vec<u64> = (0..CLOCKS).map(|clock| (clock % 2) << 4).collect();
         let is_reset = |clock: u64| clock < 2 || clock == 1_700;
         let reset: Vec<u8> = (0..CLOCKS).map(|clock| u8::from(is_reset(clock))).collect();
-        let inputs = Inputs { samples: &samples, reset: &reset, ready: &[], host: &[] };
+        let inputs = BatchInputs { samples: &samples, reset: &reset, ready: &[], host: &[] };
         let mut outputs = Vec::new();
         model.clock(&inputs, &mut outputs).unwrap();
         let layout = model.layout();
@@ -367,17 +367,17 @@ mod tests {
             .interface()
             .ports()
             .into_iter()
-            .filter(|port| port.role != Role::Clock)
+            .filter(|port| port.role != PortRole::Clock)
             .map(|port| TestbenchPort { name: port.name, width: port.width })
             .collect();
         let mut words = Vec::new();
         for (clock, outputs) in outputs.chunks_exact(layout.outputs.words).enumerate() {
             let (mut record, mut at) = (0_u64, 0);
-            for port in sensor.interface().ports().iter().filter(|p| p.role != Role::Clock) {
+            for port in sensor.interface().ports().iter().filter(|p| p.role != PortRole::Clock) {
                 let value = match (port.direction, port.role) {
                     (Direction::Output, role) => layout.outputs.field(role).low_word(outputs),
-                    (_, Role::Reset) => u64::from(reset[clock]),
-                    (_, Role::Ready) => 1,
+                    (_, PortRole::Reset) => u64::from(reset[clock]),
+                    (_, PortRole::Ready) => 1,
                     _ => samples[clock],
                 };
                 record |= value << at;

@@ -7,7 +7,8 @@ use super::model::Facts;
 
 /// A situation that shows whether a board is right.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-pub struct CoverPoint {
+#[schemars(rename = "CoverPoint")]
+pub struct BoardCoverPoint {
     /// What comes up.
     pub name: String,
     /// How often it did.
@@ -15,7 +16,7 @@ pub struct CoverPoint {
 }
 
 /// Those of a board.
-pub(super) struct Cover(pub Vec<CoverPoint>);
+pub(super) struct Cover(pub Vec<BoardCoverPoint>);
 
 /// Of each byte of a request from this one on.
 const OF_BYTES: [(&str, usize); 3] = [
@@ -70,7 +71,7 @@ impl Cover {
         let meant = POINTS.iter().filter(|(_, is_meant)| is_meant(facts));
         let hits = (0..facts.places_of_hits()).map(|k| format!("hits of sample {k} are counted"));
         let names = of_bytes.chain(meant.map(|(name, _)| (*name).to_owned())).chain(hits);
-        Cover(names.map(|name| CoverPoint { name, reached: 0 }).collect())
+        Cover(names.map(|name| BoardCoverPoint { name, reached: 0 }).collect())
     }
 
     /// Counts a situation; one that is not among them is of no interest for this board.

@@ -9,8 +9,8 @@ use goldtof_wire::{
 
 use super::BoardRun;
 use super::cover::Cover;
-use super::model::{Facts, Outcome};
-use super::script::{Era, Expected, HITS_OF_BLOCK, Moment, Offer, Script};
+use super::model::{BoardOutcome, Facts};
+use super::script::{BoardScript, Era, ExpectedAnswer, HITS_OF_BLOCK, Moment, Offer};
 
 /// A result that has to come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,7 +33,7 @@ struct Flags {
 }
 
 impl Flags {
-    fn new(script: &Script, has_saturated: bool) -> Flags {
+    fn new(script: &BoardScript, has_saturated: bool) -> Flags {
         let shown = |&flags: &u8| if has_saturated { flags } else { flags & 1 };
         let mut states: Vec<u8> = script.flags.iter().map(shown).collect();
         if states.is_empty() {
@@ -90,8 +90,8 @@ impl Facts {
     /// What is wrong.
     pub(super) fn check(
         &self,
-        script: &Script,
-        outcome: &Outcome,
+        script: &BoardScript,
+        outcome: &BoardOutcome,
         cover: &mut Cover,
     ) -> Result<BoardRun, String> {
         if let Some(fault) = &outcome.fault {
@@ -232,7 +232,7 @@ impl Facts {
     #[expect(clippy::too_many_arguments, reason = "one call")]
     fn check_line(
         &self,
-        script: &Script,
+        script: &BoardScript,
         line: &[u8],
         is_behind_reset: bool,
         due: &[Due],
@@ -347,7 +347,7 @@ impl Facts {
     fn check_answers(
         &self,
         era: &Era,
-        outcome: &Outcome,
+        outcome: &BoardOutcome,
         answers: &[Frame],
         cover: &mut Cover,
     ) -> Result<(), String> {
@@ -362,11 +362,11 @@ impl Facts {
                 ));
             };
             let is_right = match (expected, answer) {
-                (Expected::Frame(expected), answer) => expected == answer,
-                (Expected::Written(request, status), Frame::Answer(answer)) => {
+                (ExpectedAnswer::Frame(expected), answer) => expected == answer,
+                (ExpectedAnswer::Written(request, status), Frame::Answer(answer)) => {
                     (*request, *status) == (answer.request, answer.status)
                 }
-                (&Expected::Hits(request, first, moment), Frame::Block(asked, block)) => {
+                (&ExpectedAnswer::Hits(request, first, moment), Frame::Block(asked, block)) => {
                     self.check_hits(moment, first, block, &mut before, outcome, cover)?;
                     request == *asked
                 }
@@ -389,7 +389,7 @@ impl Facts {
         first: usize,
         block: &[u8; BLOCK_BYTES],
         before: &mut [u32],
-        outcome: &Outcome,
+        outcome: &BoardOutcome,
         cover: &mut Cover,
     ) -> Result<(), String> {
         // At the core up to the light at random, up to the steady one, and to the end.

@@ -12,8 +12,8 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::model::Facts;
-use super::script::{Era, Expected, Offer, Script};
-use crate::wire::Sums;
+use super::script::{BoardScript, Era, ExpectedAnswer, Offer};
+use crate::wire::ScanSums;
 
 /// Bits of silence that end a torn request, and some more.
 pub(super) const SILENCE: u32 = 280;
@@ -28,7 +28,7 @@ const SPAN: u16 = 0x400;
 pub(super) struct Maker<'a> {
     pub facts: &'a Facts,
     pub rng: Xoshiro256PlusPlus,
-    pub script: Script,
+    pub script: BoardScript,
     /// What the host has written.
     words: BTreeMap<u16, u32>,
     /// The tag of the last request.
@@ -40,7 +40,7 @@ pub(super) struct Maker<'a> {
 impl<'a> Maker<'a> {
     pub(super) fn new(facts: &'a Facts, seed: u64) -> Maker<'a> {
         let eras = vec![Era::default()];
-        let script = Script { rates: (1.0, 1.0), eras, ..Script::default() };
+        let script = BoardScript { rates: (1.0, 1.0), eras, ..BoardScript::default() };
         let rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let words = BTreeMap::new();
         let mut maker = Maker { facts, rng, script, words, tag: seed as u8, turn: 0 };
@@ -186,14 +186,14 @@ impl<'a> Maker<'a> {
                     self.words.insert(address, data);
                 }
                 self.script.points.push(format!("a write that is answered with {name}"));
-                Expected::Written(request, status)
+                ExpectedAnswer::Written(request, status)
             }
             REQUEST_READ if facts.has_registers => {
                 let written = self.words.get(&address).copied().filter(|_| status == 0);
                 let data = written.unwrap_or(0xdead_0000 + u32::from(address));
                 self.era().transfers.push(format!("R {address:x} {data:x} {status:x}"));
                 self.script.points.push(format!("a read that is answered with {name}"));
-                Expected::Frame(Frame::Answer(Answer { request, status, data }))
+                ExpectedAnswer::Frame(Frame::Answer(Answer { request, status, data }))
             }
             REQUEST_TEXT | REQUEST_HITS => {
                 let mut block = facts.identity.to_bytes();
@@ -203,9 +203,9 @@ impl<'a> Maker<'a> {
                     block.iter_mut().zip(bytes).for_each(|(place, byte)| *place = byte);
                     self.script.points.push("a block of the scene's text".to_owned());
                 }
-                Expected::Frame(Frame::Block(request, block))
+                ExpectedAnswer::Frame(Frame::Block(request, block))
             }
-            _ => Expected::Frame(Frame::Identity(request, Ok(facts.identity))),
+            _ => ExpectedAnswer::Frame(Frame::Identity(request, Ok(facts.identity))),
         };
         self.era().answers.push(expected);
     }
@@ -266,7 +266,7 @@ impl<'a> Maker<'a> {
 
     /// Scans of a sum, the last one no faster than the line takes it, but for some results that follow one another
     /// without a pause, and its first ones: so many come at once.
-    pub(super) fn offer_sum(&mut self, sums: &Sums, at_once: usize) {
+    pub(super) fn offer_sum(&mut self, sums: &ScanSums, at_once: usize) {
         let most = 2.6 * self.facts.chips_of_results(sums.results) / sums.results as f64;
         for scan in 1..=sums.scans {
             let (most, at_once) = if scan == sums.scans { (most as u64, at_once) } else { (3, 0) };
@@ -280,7 +280,7 @@ impl<'a> Maker<'a> {
 
     /// Scans of sums over the bits of the script, and those of a sum behind them, that never come faster than the line
     /// takes them, whichever scan is the last one of a sum.
-    pub(super) fn offer_scans_of_sums(&mut self, sums: &Sums) {
+    pub(super) fn offer_scans_of_sums(&mut self, sums: &ScanSums) {
         // Where the FIFO takes a whole sum, its scans may come faster.
         let is_held = 2 * sums.results < 1 << self.facts.fifo_address_bits;
         let at_once = if is_held { f64::from(sums.scans) } else { 1.0 };
@@ -301,7 +301,7 @@ impl<'a> Maker<'a> {
 
 impl Maker<'_> {
     /// The script, with a limit for a board whose line never falls silent.
-    pub(super) fn made(mut self) -> Script {
+    pub(super) fn made(mut self) -> BoardScript {
         let waits: f64 = self.script.offers.iter().map(|offer| offer.wait as f64).sum();
         let line = self.script.offers.len() as f64 * 20.0 * self.facts.layout.result_bits() as f64;
         let bits = 2.0 * self.script.most_bits + line + 10_000.0;
@@ -313,7 +313,7 @@ impl Maker<'_> {
         let (request, data) = self.request(REQUEST_READ, address);
         self.say(&encode::request(request, data));
         let answer = Answer { request, status: 0, data: value };
-        self.era().answers.push(Expected::Frame(Frame::Answer(answer)));
+        self.era().answers.push(ExpectedAnswer::Frame(Frame::Answer(answer)));
         self.script.points.push("registers of the board's own core".to_owned());
         self.await_answer(request, MOST_RESULTS_OF_A_FRAME);
     }

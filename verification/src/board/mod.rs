@@ -15,8 +15,8 @@ mod script;
 
 use serde::Serialize;
 
+pub use self::cover::BoardCoverPoint;
 use self::cover::Cover;
-pub use self::cover::CoverPoint;
 pub use self::model::Facts;
 use crate::cosim::Verdict;
 use crate::cosim::error::CosimError;
@@ -40,7 +40,7 @@ pub struct BoardReport {
     pub fault: Option<String>,
     /// How often each situation came up that the runs are there for. One that never did makes the verdict
     /// inconclusive.
-    pub cover: Vec<CoverPoint>,
+    pub cover: Vec<BoardCoverPoint>,
     /// What was ignored of the Verilog, or assumed.
     pub remarks: Vec<String>,
 }

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use goldtof_wire::{CRC_BYTES, Identity, Layout, Pace, RESULTS_HEADER_BYTES, Scans};
 
-use super::script::{Offer, Script};
+use super::script::{BoardScript, Offer};
 use crate::cosim::build::{self, BoardUnit, Built};
 use crate::cosim::cache::{cache_dir, write};
 use crate::cosim::error::{CosimError, When};
@@ -17,8 +17,8 @@ use crate::deliver::board::{BENCH, BoardProject, CORE_BENCH};
 use crate::programs;
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
-use crate::sensor::port::Role;
-use crate::wire::{Packing, Sent, Sums};
+use crate::sensor::port::PortRole;
+use crate::wire::{Packing, ScanSums, Sent};
 
 /// Files of a project that are not the board's own: they go with the simulation.
 const CELLS: &str = "cells.v";
@@ -37,7 +37,7 @@ pub struct Facts {
     /// Results on the line.
     pub layout: Layout,
     /// Scans that are added up.
-    pub sums: Option<Sums>,
+    pub sums: Option<ScanSums>,
     /// What the device says of itself.
     pub identity: Identity,
     /// The scene's text, if the device holds it.
@@ -88,8 +88,8 @@ impl Facts {
             sums,
             identity,
             text: project.bench.text.clone(),
-            has_registers: has(Role::WriteAddress),
-            has_saturated: has(Role::Saturated),
+            has_registers: has(PortRole::WriteAddress),
+            has_saturated: has(PortRole::Saturated),
             fifo_address_bits: sums.map_or(FIFO_ADDRESS_BITS, |sums| sums.fifo_address_bits),
             chips_per_bit: 1e12 / (project.chip_period_ps * f64::from(project.baud_hz)),
             clocks_per_bit: project.uart.clocks_per_bit,
@@ -130,7 +130,7 @@ impl Facts {
 }
 
 /// A board's model, built.
-pub(super) struct Model {
+pub(super) struct BoardModel {
     built: Built,
 }
 
@@ -141,7 +141,7 @@ pub(super) fn build(
     emission: &Emission,
     own: &OwnRtl,
     is_bench: bool,
-) -> Result<(Model, Vec<String>), CosimError> {
+) -> Result<(BoardModel, Vec<String>), CosimError> {
     let project = project_of(emission)?;
     let cache = cache_dir()?;
     let defines = defines(sensor, emission, is_bench);
@@ -182,7 +182,7 @@ pub(super) fn build(
         testbench: BENCH,
         header: (HEADER, header.map_or("", |file| &file.text)),
     };
-    Ok((Model { built: build::build_board(&unit, &cache)? }, remarks))
+    Ok((BoardModel { built: build::build_board(&unit, &cache)? }, remarks))
 }
 
 /// Macros: widths of the core's ports, and which it has.
@@ -197,9 +197,9 @@ fn defines(sensor: &Sensor, emission: &Emission, is_bench: bool) -> Vec<String> 
     defines.push(format!("CORE_SAMPLES={samples}"));
     defines.push(format!("CORE_TDATA_BITS={}", interface.tdata_bits));
     for (role, name) in [
-        (Role::Saturated, "CORE_HAS_SATURATED"),
-        (Role::PeakValid, "CORE_HAS_PEAK"),
-        (Role::WriteAddress, "CORE_HAS_REGISTERS"),
+        (PortRole::Saturated, "CORE_HAS_SATURATED"),
+        (PortRole::PeakValid, "CORE_HAS_PEAK"),
+        (PortRole::WriteAddress, "CORE_HAS_REGISTERS"),
     ] {
         let is_there = emission.ports.iter().any(|port| port.role == role);
         defines.extend(is_there.then(|| name.to_owned()));
@@ -209,7 +209,7 @@ fn defines(sensor: &Sensor, emission: &Emission, is_bench: bool) -> Vec<String> 
 
 /// What came of a run.
 #[derive(Debug, Default)]
-pub(super) struct Outcome {
+pub(super) struct BoardOutcome {
     /// Bytes of the line, parted by the resets.
     pub lines: Vec<Vec<u8>>,
     /// Results that the core had been rid of at each reset, and at the end.
@@ -234,9 +234,9 @@ pub(super) struct Outcome {
     pub fault: Option<String>,
 }
 
-impl Model {
+impl BoardModel {
     /// Runs a script.
-    pub(super) fn run(&self, script: &Script, seed: u64) -> Result<Outcome, CosimError> {
+    pub(super) fn run(&self, script: &BoardScript, seed: u64) -> Result<BoardOutcome, CosimError> {
         let folder = tempfile::tempdir().map_err(CosimError::memory(&self.built.path))?;
         let path = |name: &str| folder.path().join(name);
         write(&path("host.txt"), &script.host)?;
@@ -255,7 +255,7 @@ impl Model {
             .current_dir(folder.path());
         let finished = programs::run(&mut command, Stdio::piped(), programs::time_limit())
             .map_err(|source| CosimError::Load { path: self.built.path.clone(), source })?;
-        let mut outcome = Outcome::default();
+        let mut outcome = BoardOutcome::default();
         let written = |name: &str| {
             let file = path(name);
             fs::read(&file).map_err(CosimError::cache(&file))

@@ -5,21 +5,21 @@ use rand::RngExt as _;
 
 use super::maker::Maker;
 use super::model::Facts;
-use super::script::{Expected, Offer, PinPulse, Script};
+use super::script::{BoardScript, ExpectedAnswer, Offer, PinPulse};
 use crate::cosim::error::CosimError;
 use crate::photons::Pulse;
-use crate::reference::level::Level;
-use crate::reference::predictor::{Reference, Surroundings};
+use crate::reference::level::LevelPainter;
+use crate::reference::predictor::{ReferenceModel, Surroundings};
 use crate::reference::stimulus::RESET_CLOCKS;
 use crate::scan::Sample;
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 use crate::sensor::registers::Access;
 
 /// Light on the board's own core, whose results are the reference model's, and its registers.
-pub(super) fn whole(sensor: &Sensor, facts: &Facts, seed: u64) -> Result<Script, CosimError> {
+pub(super) fn whole(sensor: &Sensor, facts: &Facts, seed: u64) -> Result<BoardScript, CosimError> {
     let mut maker = Maker::new(facts, seed);
     let interface = sensor.interface();
     let lanes = u64::from(interface.lanes());
@@ -70,7 +70,7 @@ pub(super) fn whole(sensor: &Sensor, facts: &Facts, seed: u64) -> Result<Script,
             let (mut request, _) = maker.request(REQUEST_WRITE, register.address as u16);
             request.address = register.address as u16;
             maker.say(&encode::request(request, value));
-            maker.era().answers.push(Expected::Written(request, 0));
+            maker.era().answers.push(ExpectedAnswer::Written(request, 0));
             maker.await_answer(request, MOST_RESULTS_OF_A_FRAME);
             maker.read_register(register.address as u16, value);
         }
@@ -90,15 +90,15 @@ fn sent(sensor: &Sensor, pulses: &[Vec<Pulse>], clocks: u64) -> Result<Vec<Offer
     const BLOCK: u64 = 1 << 12;
     let interface = sensor.interface();
     let layout = Layout::of(interface);
-    let mut reference = Reference::new(interface.clone())?;
+    let mut reference = ReferenceModel::new(interface.clone())?;
     let sampling = interface.timing.sampling();
     let behind_reset = sampling.first_sample(RESET_CLOCKS + 1);
-    let mut levels = vec![Level::new(interface.lanes()); pulses.len()];
+    let mut levels = vec![LevelPainter::new(interface.lanes()); pulses.len()];
     let mut next = vec![0; pulses.len()];
     let words = reference.words();
     let mut expected = vec![0; words * BLOCK as usize];
-    let [valid, last, data] =
-        [Role::Valid, Role::Last, Role::Data].map(|role| layout.outputs.field(role).clone());
+    let [valid, last, data] = [PortRole::Valid, PortRole::Last, PortRole::Data]
+        .map(|role| layout.outputs.field(role).clone());
     let mut offers = Vec::new();
     let reset = 0..RESET_CLOCKS;
     for start in (0..clocks + RESET_CLOCKS).step_by(BLOCK as usize) {

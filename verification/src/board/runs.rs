@@ -9,52 +9,52 @@ use rand::RngExt as _;
 use super::maker::{Maker, SILENCE};
 use super::model::Facts;
 use super::own_core::whole;
-use super::script::{Expected, HITS_OF_BLOCK, Moment, Script};
+use super::script::{BoardScript, ExpectedAnswer, HITS_OF_BLOCK, Moment};
 use crate::cosim::error::CosimError;
 use crate::sensor::Sensor;
-use crate::wire::Sums;
+use crate::wire::ScanSums;
 
 /// A run of the board.
-pub(super) struct Run {
+pub(super) struct PlannedRun {
     pub name: &'static str,
     /// Whether it says anything of the board.
     pub is_meant: fn(&Facts) -> bool,
-    pub script: fn(&Sensor, &Facts, u64) -> Result<Script, CosimError>,
+    pub script: fn(&Sensor, &Facts, u64) -> Result<BoardScript, CosimError>,
 }
 
 /// All of them, those of the board's own core last.
-pub(super) const RUNS: [Run; 7] = [
-    Run {
+pub(super) const RUNS: [PlannedRun; 7] = [
+    PlannedRun {
         name: "requests, whole and torn, of a host that sends 2 % faster and reads slower",
         is_meant: |_| true,
         script: |_, facts, seed| Ok(torn_requests(facts, seed)),
     },
-    Run {
+    PlannedRun {
         name: "requests, whole and broken, of a host that sends 2 % slower and reads faster",
         is_meant: |_| true,
         script: |_, facts, seed| Ok(broken_requests(facts, seed)),
     },
-    Run {
+    PlannedRun {
         name: "results as fast as the line, and faster",
         is_meant: Facts::loses,
         script: |_, facts, seed| Ok(too_fast(facts, seed)),
     },
-    Run {
+    PlannedRun {
         name: "results of a core that waits for the line",
         is_meant: |facts| facts.packing.waits,
         script: |_, facts, seed| Ok(waiting(facts, seed)),
     },
-    Run {
+    PlannedRun {
         name: "resets by the PLL's lock",
         is_meant: |_| true,
         script: |_, facts, seed| Ok(resets(facts, seed)),
     },
-    Run {
+    PlannedRun {
         name: "hits by sample",
         is_meant: |facts| facts.identity.counts_samples,
         script: |_, facts, seed| Ok(hits(facts, seed)),
     },
-    Run { name: "the board's own core", is_meant: |_| true, script: whole },
+    PlannedRun { name: "the board's own core", is_meant: |_| true, script: whole },
 ];
 
 /// What a host does in a round.
@@ -80,7 +80,7 @@ fn unknown_kinds(kind: u8) -> impl Iterator<Item = Round> {
     (0..8).map(move |bit| Round::Unknown(kind ^ 1 << bit))
 }
 
-fn torn_requests(facts: &Facts, seed: u64) -> Script {
+fn torn_requests(facts: &Facts, seed: u64) -> BoardScript {
     let mut maker = Maker::new(facts, seed);
     maker.script.rates = (0.98, 1.02);
     let mut rounds: Vec<Round> = (1..REQUEST_BYTES).map(Round::Cut).collect();
@@ -95,7 +95,7 @@ fn torn_requests(facts: &Facts, seed: u64) -> Script {
     maker.made()
 }
 
-fn broken_requests(facts: &Facts, seed: u64) -> Script {
+fn broken_requests(facts: &Facts, seed: u64) -> BoardScript {
     let mut maker = Maker::new(facts, seed.wrapping_add(1));
     maker.script.rates = (1.02, 0.98);
     let mut rounds: Vec<Round> = (1..REQUEST_BYTES).map(Round::Broken).collect();
@@ -110,7 +110,7 @@ fn broken_requests(facts: &Facts, seed: u64) -> Script {
 }
 
 /// As many sums as there are bits for, two at least if they are short. Of the last one so many results come `at_once`.
-fn offer_sums(maker: &mut Maker, sums: &Sums, at_once: usize) {
+fn offer_sums(maker: &mut Maker, sums: &ScanSums, at_once: usize) {
     let bits = maker.facts.bits_of_results(sums.results);
     let least = if bits < 30_000.0 { 2 } else { 1 };
     let count = (maker.script.bits / (1.3 * bits)) as usize;
@@ -203,7 +203,7 @@ fn ask_in_rounds(maker: &mut Maker, mut rounds: Vec<Round>) {
 
 /// As many results as there is room for, and then no faster than the line; bursts and scans that the line is too slow
 /// for, which are lost scan by scan, and told.
-fn too_fast(facts: &Facts, seed: u64) -> Script {
+fn too_fast(facts: &Facts, seed: u64) -> BoardScript {
     // Two losses of so many results go round the number of those that are lost.
     const HALF_ROUND: usize = 40_000;
     let mut maker = Maker::new(facts, seed);
@@ -261,7 +261,7 @@ fn too_fast(facts: &Facts, seed: u64) -> Script {
 }
 
 /// A source that waits: nothing is lost, and the line is full.
-fn waiting(facts: &Facts, seed: u64) -> Script {
+fn waiting(facts: &Facts, seed: u64) -> BoardScript {
     let mut maker = Maker::new(facts, seed);
     maker.script.keeps_line_full = true;
     let mut offered = 0;
@@ -274,7 +274,7 @@ fn waiting(facts: &Facts, seed: u64) -> Script {
 }
 
 /// Resets in the middle of whatever goes on, behind which everything begins anew.
-fn resets(facts: &Facts, seed: u64) -> Script {
+fn resets(facts: &Facts, seed: u64) -> BoardScript {
     const RESULTS: u64 = 60;
     let mut maker = Maker::new(facts, seed);
     for round in 0..16 {
@@ -324,7 +324,7 @@ fn resets(facts: &Facts, seed: u64) -> Script {
 }
 
 /// Hits by sample: what is counted between two dark moments, and while a host reads.
-fn hits(facts: &Facts, seed: u64) -> Script {
+fn hits(facts: &Facts, seed: u64) -> BoardScript {
     let mut maker = Maker::new(facts, seed);
     maker.script.host = format!("light 0\n{}", maker.script.host);
     let steps = [
@@ -337,7 +337,7 @@ fn hits(facts: &Facts, seed: u64) -> Script {
         for first in (0..facts.places_of_hits()).step_by(HITS_OF_BLOCK) {
             let (request, data) = maker.request(REQUEST_HITS, 4 * first as u16);
             maker.say(&encode::request(request, data));
-            maker.era().answers.push(Expected::Hits(request, first, moment));
+            maker.era().answers.push(ExpectedAnswer::Hits(request, first, moment));
             maker.await_answer(request, 1);
         }
         maker.command(command);

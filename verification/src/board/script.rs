@@ -36,7 +36,7 @@ impl PinPulse {
 
 /// An answer that is expected.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Expected {
+pub(super) enum ExpectedAnswer {
     /// This one.
     Frame(Frame),
     /// A write's, with this response: its data mean nothing.
@@ -65,7 +65,7 @@ pub(super) enum Moment {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Era {
     /// Answers, in order.
-    pub answers: Vec<Expected>,
+    pub answers: Vec<ExpectedAnswer>,
     /// Transfers at the core's registers.
     pub transfers: Vec<String>,
     /// The last of either may be missing: the next reset may have cut it.
@@ -74,7 +74,7 @@ pub(super) struct Era {
 
 /// What is done to a board in a run, and what has to come of it.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Script {
+pub(super) struct BoardScript {
     /// Lines for the bench.
     pub host: String,
     /// What the core offers, or what the board's own core is to send first.
@@ -104,7 +104,7 @@ pub(super) struct Script {
     pub most_bits: f64,
 }
 
-impl Script {
+impl BoardScript {
     /// Whether it is for the board's own core.
     pub(super) fn is_whole(&self) -> bool {
         self.photons.is_some()

@@ -9,8 +9,8 @@ use super::build::{self, Built};
 use super::engine::{Engine, EnginePart};
 use super::error::CosimError;
 use super::lanes::run::LanesOutcome;
-use super::lanes::{Prepared, Refusal, Unfit, refuse_memories};
-use super::lockstep::Outcome;
+use super::lanes::{LaneRefusal, PreparedLanes, Unfit, refuse_memories};
+use super::lockstep::LockstepOutcome;
 use super::report::{Verdict, coverage, part_of, peaks, report};
 use super::side_by_side::run;
 use super::source::Verilog;
@@ -18,7 +18,7 @@ use super::window::Window;
 use super::{CosimOptions, Cosimulation, StimulusKind};
 use crate::photons::DetectorModel;
 use crate::reference::coverage::CoverTable;
-use crate::reference::predictor::Reference;
+use crate::reference::predictor::ReferenceModel;
 use crate::reference::stimulus::clocks_for_scans;
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
@@ -39,7 +39,7 @@ pub(super) fn in_lanes(
     verilog: &Verilog,
     options: &CosimOptions,
     on_progress: &mut dyn FnMut(u64, u64),
-) -> Result<Cosimulation, Refusal> {
+) -> Result<Cosimulation, LaneRefusal> {
     let clocks = options.clocks.unwrap_or_else(|| clocks_for_scans(sensor.interface(), 1));
     refuse_unfit(sensor, options, clocks)?;
     let (built, prepared) = built(sensor, verilog, clocks)?;
@@ -81,12 +81,12 @@ pub(super) fn in_lanes(
     }
     let lanes = lanes?;
     if let Some(clock) = lanes.differs {
-        return Err(Refusal::NoVerdict(format!(
+        return Err(LaneRefusal::NoVerdict(format!(
             "in a lane an output differs at clock {clock}; lanes begin with guesses of the registers, \
              and either one was wrong or the design is"
         )));
     }
-    let outcome = Outcome {
+    let outcome = LockstepOutcome {
         clocks,
         exercise: lanes.exercise.clone(),
         last_outputs: lanes.last_outputs.clone(),
@@ -123,14 +123,18 @@ fn refuse_unfit(sensor: &Sensor, options: &CosimOptions, clocks: u64) -> Result<
 }
 
 /// The model for lock-step and the one for lanes, built side by side.
-fn built(sensor: &Sensor, verilog: &Verilog, clocks: u64) -> Result<(Built, Prepared), Refusal> {
+fn built(
+    sensor: &Sensor,
+    verilog: &Verilog,
+    clocks: u64,
+) -> Result<(Built, PreparedLanes), LaneRefusal> {
     let (interface, cache) = (sensor.interface(), &verilog.cache);
     let (top, sources) = (&verilog.top, &verilog.sources);
     let (built, prepared) = thread::scope(|scope| {
         let registers = verilog.registers.as_ref();
         let built =
             scope.spawn(move || build::build_with(top, sources, interface, registers, cache));
-        let prepared = Prepared::new(top, sources, interface, clocks, cache);
+        let prepared = PreparedLanes::new(top, sources, interface, clocks, cache);
         (joined(built), prepared)
     });
     // Where Verilog does not compile, Verilator's message comes first: users know it.
@@ -151,18 +155,18 @@ fn witness(
         engine: Engine::Lockstep,
         ..options.clone()
     };
-    let reference = Reference::new(sensor.interface().clone())?;
+    let reference = ReferenceModel::new(sensor.interface().clone())?;
     run(sensor, reference, built, &part, &mut |_, _| ())
 }
 
 /// All clocks in lanes. The caller's thread tells how far they are.
 fn of_scan(
     sensor: &Sensor,
-    prepared: &Prepared,
+    prepared: &PreparedLanes,
     (seed, clocks): (u64, u64),
     stop: &AtomicBool,
     on_progress: &mut dyn FnMut(u64, u64),
-) -> Result<LanesOutcome, Refusal> {
+) -> Result<LanesOutcome, LaneRefusal> {
     let models: Vec<DetectorModel> = DetectorIndex::of(&sensor.scene().detectors)
         .map(|detector| DetectorModel::new(sensor, detector))
         .collect();
@@ -191,7 +195,7 @@ fn told(
     sensor: &Sensor,
     options: &CosimOptions,
     photons: Cosimulation,
-    outcome: Outcome,
+    outcome: LockstepOutcome,
     lanes: LanesOutcome,
     parts: Vec<EnginePart>,
 ) -> Cosimulation {

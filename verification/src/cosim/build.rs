@@ -11,7 +11,7 @@ use std::sync::Arc;
 pub use super::cache::{cache_dir, file_identity, hash, once, set_cache_dir, write};
 use super::drivers;
 use super::error::CosimError;
-use super::image::Image;
+use super::image::ProgramImage;
 use super::low_half;
 use super::ports;
 use super::rejected::{in_build, in_users_terms, rejection};
@@ -70,7 +70,7 @@ pub struct Built {
     /// Where the cache keeps it.
     pub path: PathBuf,
     /// The program, as it was checked.
-    pub image: Arc<Image>,
+    pub image: Arc<ProgramImage>,
     /// Whether the Verilog is the user's own.
     pub is_users: bool,
     /// The scan's counters, if it has been built so that they can be moved on.
@@ -130,7 +130,7 @@ pub fn build_with(
             .map_err(|error| rejection(error, sources))
     })?;
     let path = cache.join(name).join(PROGRAM);
-    let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
+    let image = ProgramImage::new(&bytes).map_err(CosimError::memory(&path))?;
     Ok(Built {
         path,
         image: Arc::new(image),
@@ -190,7 +190,7 @@ pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, Stri
         link(&tools, folder, &flags, runtime.as_deref())
     })?;
     let path = cache.join(name).join(PROGRAM);
-    let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
+    let image = ProgramImage::new(&bytes).map_err(CosimError::memory(&path))?;
     let built = Built {
         path,
         image: Arc::new(image),
@@ -254,7 +254,7 @@ pub(crate) fn build_board(unit: &BoardUnit, cache: &Path) -> Result<Built, Cosim
             .map_err(|error| rejection(error, unit.sources))
     })?;
     let path = cache.join(name).join(PROGRAM);
-    let image = Image::new(&bytes).map_err(CosimError::memory(&path))?;
+    let image = ProgramImage::new(&bytes).map_err(CosimError::memory(&path))?;
     let (image, is_users) = (Arc::new(image), is_users(unit.sources));
     Ok(Built { path, image, is_users, registers: None })
 }

@@ -2,18 +2,18 @@
 
 use super::mismatch::{Mismatch, MismatchKind};
 use crate::sensor::layout::{Field, Layout};
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// How outputs are compared.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Comparison<'a> {
+pub(crate) struct OutputComparison<'a> {
     pub(crate) layout: &'a Layout,
     /// What `m_axis_tdata` and `m_axis_tlast` hold counts only with `m_axis_tvalid`: no
     /// more is promised. What is emitted keeps its last result, and is held to it.
     pub(crate) ignores_idle_payload: bool,
 }
 
-impl Comparison<'_> {
+impl OutputComparison<'_> {
     /// The ports that differ and are not free to, by their numbers in
     /// [`Layout::outputs`]. An undefined bit is never what it should be; `undefined` may be
     /// empty.
@@ -24,7 +24,7 @@ impl Comparison<'_> {
     ) -> impl Iterator<Item = usize> + use<'_, 's> {
         let outputs = &self.layout.outputs;
         let is_idle =
-            self.ignores_idle_payload && outputs.field(Role::Valid).low_word(expected) == 0;
+            self.ignores_idle_payload && outputs.field(PortRole::Valid).low_word(expected) == 0;
         let fields = outputs.fields.iter().enumerate();
         fields.filter_map(move |(number, field)| {
             let is_payload = field.port.role.is_payload();
@@ -35,7 +35,7 @@ impl Comparison<'_> {
     }
 }
 
-impl Comparison<'_> {
+impl OutputComparison<'_> {
     /// The first port that differs at a clock and is not free to, with what it shows.
     pub(crate) fn mismatch(
         &self,

@@ -13,16 +13,16 @@ use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
 
 /// A program's bytes, which nothing can change any more.
 #[derive(Debug)]
-pub struct Image {
+pub struct ProgramImage {
     file: File,
 }
 
-impl Image {
+impl ProgramImage {
     /// Seals a copy of `bytes`.
     ///
     /// # Errors
     /// When the system has no memory for it, or permits no code there.
-    pub fn new(bytes: &[u8]) -> io::Result<Image> {
+    pub fn new(bytes: &[u8]) -> io::Result<ProgramImage> {
         let flags = MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING;
         // Linux before 6.3 does not know that a file may say that it holds code.
         let memory: OwnedFd = memfd_create("goldtof-model", flags | MemfdFlags::EXEC)
@@ -31,7 +31,7 @@ impl Image {
         file.write_all(bytes)?;
         let all = SealFlags::WRITE | SealFlags::GROW | SealFlags::SHRINK | SealFlags::SEAL;
         fcntl_add_seals(&file, all)?;
-        Ok(Image { file })
+        Ok(ProgramImage { file })
     }
 
     /// A name for this process and for a child of it that is about to become the
@@ -49,7 +49,7 @@ mod tests {
 
     #[test]
     fn an_image_holds_its_bytes_and_takes_no_others() {
-        let image = Image::new(b"checked").unwrap();
+        let image = ProgramImage::new(b"checked").unwrap();
         assert_eq!(fs::read(image.path()).unwrap(), b"checked");
         let opened = OpenOptions::new().write(true).open(image.path());
         let changed = opened.and_then(|mut file| file.write_all(b"planted"));

@@ -16,7 +16,7 @@ use super::{CosimOptions, Cosimulation, StimulusKind, cosimulate};
 use crate::reference::stimulus::{RESET_CLOCKS, clocks_for_scans};
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// Clocks behind the expected result in which it is looked for.
 const PATIENCE: u64 = 1_000;
@@ -134,14 +134,14 @@ fn clocks_to_see(interface: &Interface) -> u64 {
 
 /// The sensor with the latency that a run's first difference shows, if it shows one.
 fn adjusted(sensor: &Sensor, run: &Cosimulation) -> Option<Sensor> {
-    let late = |port: Role| {
+    let late = |port: PortRole| {
         let of_port = |difference: &&PortDifference| difference.port == port.name();
         run.report.differences.iter().find(of_port)?.clocks_late
     };
-    if let Some(late) = late(Role::Valid) {
+    if let Some(late) = late(PortRole::Valid) {
         return Some(shifted(sensor, late, late));
     }
-    late(Role::PeakValid).map(|late| shifted(sensor, 0, late))
+    late(PortRole::PeakValid).map(|late| shifted(sensor, 0, late))
 }
 
 fn shifted(sensor: &Sensor, result: i64, peak: i64) -> Sensor {

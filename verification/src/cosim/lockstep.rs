@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::comparison::Comparison;
+use super::comparison::OutputComparison;
 use super::error::{CosimError, When};
 use super::mismatch::{Mismatch, MismatchKind};
 use super::sent::{SentCount, SentReader};
@@ -17,7 +17,7 @@ use super::verilated::{BLOCKS_AT_ONCE, Verilated};
 use super::window::{Kept, Shown, Window};
 use crate::reference::blocks::{Block, BlockMaker, Records};
 use crate::reference::exercise::Exercised;
-use crate::reference::predictor::{Reference, StepResult};
+use crate::reference::predictor::{ReferenceModel, StepResult};
 use crate::reference::stimulus::Stimulus;
 use crate::sensor::layout::Layout;
 
@@ -26,7 +26,7 @@ const BLOCKS: usize = 3;
 
 /// What came of a run.
 #[derive(Debug, Clone)]
-pub struct Outcome {
+pub struct LockstepOutcome {
     /// Clocks compared.
     pub clocks: u64,
     /// Of these, clocks at which some port differed. After the first the run
@@ -53,7 +53,7 @@ pub struct Lockstep<'a> {
     /// The Verilog.
     pub model: &'a mut Verilated,
     /// The reference model.
-    pub reference: &'a mut Reference,
+    pub reference: &'a mut ReferenceModel,
     /// What drives both.
     pub stimulus: &'a mut dyn Stimulus,
     /// The records' layout.
@@ -73,7 +73,7 @@ impl Lockstep<'_> {
         clocks: u64,
         mut on_result: impl FnMut(StepResult),
         mut on_progress: impl FnMut(u64),
-    ) -> Result<Outcome, CosimError> {
+    ) -> Result<LockstepOutcome, CosimError> {
         self.run_and_read(clocks, &mut on_result, &mut |_| (), &mut on_progress)
     }
 
@@ -88,7 +88,7 @@ impl Lockstep<'_> {
         on_result: &mut dyn FnMut(StepResult),
         on_sent: &mut dyn FnMut(SentCount),
         on_progress: &mut dyn FnMut(u64),
-    ) -> Result<Outcome, CosimError> {
+    ) -> Result<LockstepOutcome, CosimError> {
         let started = Instant::now();
         let mut reader = SentReader::new(self.reference.interface(), self.layout);
         let mut maker = BlockMaker::new(self.reference, self.stimulus, self.layout, clocks);
@@ -177,7 +177,7 @@ fn is_as_expected(records: &Records, last: &[u64], words: usize) -> bool {
 
 /// Compares blocks, and keeps what waveforms are made of.
 struct Judge<'a> {
-    comparison: Comparison<'a>,
+    comparison: OutputComparison<'a>,
     clocks: u64,
     mismatches: u64,
     /// The last of them.
@@ -193,7 +193,7 @@ struct Judge<'a> {
 impl<'a> Judge<'a> {
     fn new(layout: &'a Layout, ignores_idle_payload: bool, window: Window) -> Judge<'a> {
         Judge {
-            comparison: Comparison { layout, ignores_idle_payload },
+            comparison: OutputComparison { layout, ignores_idle_payload },
             clocks: 0,
             mismatches: 0,
             last_different: None,
@@ -252,9 +252,9 @@ impl<'a> Judge<'a> {
         self.first.get_or_insert(mismatch);
     }
 
-    fn outcome(self, elapsed: Duration) -> Outcome {
+    fn outcome(self, elapsed: Duration) -> LockstepOutcome {
         let (found, asked) = self.kept.into_shown();
-        Outcome {
+        LockstepOutcome {
             clocks: self.clocks,
             mismatches: self.mismatches,
             first: self.first,

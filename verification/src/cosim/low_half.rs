@@ -210,7 +210,7 @@ fn compact(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::{follows, is_only_edge, last_value};
-    use crate::sensor::port::Role;
+    use crate::sensor::port::PortRole;
 
     /// What Verilator 5.006 and 5.048 write of a clock, in their own words.
     const MODELS: [(&str, &str); 2] = [
@@ -276,7 +276,7 @@ mod tests {
                  Vt___024root___ico_sequent__TOP__0(vlSelf);\n    vlSelf->o_laser = 1U;\n}}\n"
             )
         };
-        let ports = [(Role::Laser, 1), (Role::Epoch, 1), (Role::Data, 65)];
+        let ports = [(PortRole::Laser, 1), (PortRole::Epoch, 1), (PortRole::Data, 65)];
         let ports = ports.map(|(role, width)| role.port(width));
         let follows = |line: &str| follows(&ports.each_ref(), &[text(line)]);
         assert!(follows("vlSelf->o_laser = i") && follows("vlSymsp->TOP.o_epoch \n    = 1U"));

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::sensor::Sensor;
 use crate::sensor::interface::{Counting, Interface};
 use crate::sensor::layout::Field;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// A difference as it was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,26 +65,27 @@ pub struct PortNumber {
     /// The detector that it belongs to, where the port's bits say so.
     pub detector: Option<String>,
     /// By the reference model.
-    pub expected: Number,
+    pub expected: WholeNumber,
     /// By the Verilog.
-    pub got: Number,
+    pub got: WholeNumber,
 }
 
 /// A whole number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(untagged)]
-pub enum Number {
+#[schemars(rename = "Number")]
+pub enum WholeNumber {
     /// Of a port's bits in two's complement.
     Signed(i64),
     /// Of bits without a sign.
     Unsigned(u64),
 }
 
-impl std::fmt::Display for Number {
+impl std::fmt::Display for WholeNumber {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Number::Signed(number) => number.fmt(f),
-            Number::Unsigned(number) => number.fmt(f),
+            WholeNumber::Signed(number) => number.fmt(f),
+            WholeNumber::Unsigned(number) => number.fmt(f),
         }
     }
 }
@@ -118,7 +119,7 @@ impl FirstMismatch {
 
     /// What should be at the port and what is, in words.
     pub fn text(&self) -> String {
-        let words = |bits: &str, number: fn(&PortNumber) -> Number| {
+        let words = |bits: &str, number: fn(&PortNumber) -> WholeNumber| {
             let numbers: Vec<String> = self
                 .numbers
                 .iter()
@@ -161,20 +162,20 @@ struct Held {
 }
 
 impl Held {
-    fn read(&self, field: &Field, words: &[u64]) -> Number {
+    fn read(&self, field: &Field, words: &[u64]) -> WholeNumber {
         let value = field.bits(words, self.first_bit, self.bits);
         match self.is_signed {
             true => {
                 let unused = u64::BITS - self.bits;
-                Number::Signed((value << unused).cast_signed() >> unused)
+                WholeNumber::Signed((value << unused).cast_signed() >> unused)
             }
-            false => Number::Unsigned(value),
+            false => WholeNumber::Unsigned(value),
         }
     }
 }
 
 /// The numbers that a port holds, from its lowest bits up.
-fn held_by(port: Role, interface: &Interface) -> Vec<Held> {
+fn held_by(port: PortRole, interface: &Interface) -> Vec<Held> {
     let of_detectors = |name, bits: u32, is_signed| {
         let detectors = 0..interface.reference_codes.len();
         let held = detectors.map(move |detector| Held {
@@ -192,14 +193,14 @@ fn held_by(port: Role, interface: &Interface) -> Vec<Held> {
     };
     let correlator = match &interface.counting {
         Counting::Correlator(correlator) => correlator,
-        Counting::Histogram(plan) if port == Role::Data => {
+        Counting::Histogram(plan) if port == PortRole::Data => {
             let bits = plan.bin_data_bits();
             return (0..plan.row_bins).map(|bin| count(bin * bits, bits, false)).collect();
         }
         Counting::Histogram(_) => return Vec::new(),
     };
     match (port, &correlator.peak) {
-        (Role::Data, _) => {
+        (PortRole::Data, _) => {
             let total = correlator.total.map(|total| Held {
                 name: "total_count",
                 ..count(total.first_bit, interface.tdata_bits - total.first_bit, false)
@@ -207,8 +208,8 @@ fn held_by(port: Role, interface: &Interface) -> Vec<Held> {
             let signed = count(0, correlator.signed_data_bits(), true);
             std::iter::once(signed).chain(total).collect()
         }
-        (Role::PeakStep, Some(peak)) => of_detectors("phase_step", peak.step_bits, false),
-        (Role::PeakCount, Some(peak)) => of_detectors("count", peak.count_bits, true),
+        (PortRole::PeakStep, Some(peak)) => of_detectors("phase_step", peak.step_bits, false),
+        (PortRole::PeakCount, Some(peak)) => of_detectors("count", peak.count_bits, true),
         _ => Vec::new(),
     }
 }
@@ -245,7 +246,7 @@ mod tests {
         let total_at = sensor.interface().total().unwrap().first_bit;
         assert_eq!(total_at, sensor.interface().correlator().unwrap().signed_data_bits());
         let layout = Layout::of(sensor.interface());
-        let field = layout.outputs.field(Role::Data);
+        let field = layout.outputs.field(PortRole::Data);
         let minus_two = (1u64 << total_at) - 2;
         let expected = [minus_two | 7 << total_at];
         let got = [3 | 7 << total_at];
@@ -259,9 +260,9 @@ mod tests {
         };
         let mismatch = FirstMismatch::new(&sensor, field, &mismatch);
         assert_eq!(mismatch.time_ps, 40_000.0);
-        assert_eq!(mismatch.numbers[0].expected, Number::Signed(-2));
-        assert_eq!(mismatch.numbers[0].got, Number::Signed(3));
-        assert_eq!(mismatch.numbers[1].expected, Number::Unsigned(7));
+        assert_eq!(mismatch.numbers[0].expected, WholeNumber::Signed(-2));
+        assert_eq!(mismatch.numbers[0].got, WholeNumber::Signed(3));
+        assert_eq!(mismatch.numbers[1].expected, WholeNumber::Unsigned(7));
         let text = mismatch.text();
         // The totals agree, so they are not spoken of.
         assert!(text.contains("(count -2) and is") && text.ends_with("(count 3)"), "{text}");

@@ -44,12 +44,12 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use self::comparison::Comparison;
+use self::comparison::OutputComparison;
 use self::engine::Engine;
 use self::error::CosimError;
-use self::lanes::Refusal;
+use self::lanes::LaneRefusal;
 use self::latency::held_to;
-use self::lockstep::Outcome;
+use self::lockstep::LockstepOutcome;
 pub use self::options::CosimOptions;
 pub(crate) use self::rejected::in_users_terms;
 pub use self::report::{PortPeak, Report, VcdClocks, Verdict};
@@ -58,7 +58,7 @@ use self::source::Verilog;
 pub use self::viewers::views_beside;
 use self::window::Shown;
 use crate::files::stage;
-use crate::reference::predictor::Reference;
+use crate::reference::predictor::ReferenceModel;
 use crate::scan::{Clock, Timescale};
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
@@ -94,7 +94,7 @@ pub struct Cosimulation {
     /// For each detector the hits of the first scan's steps, in order, as the reference
     /// model counts them.
     pub hits: Vec<Vec<u64>>,
-    outcome: Outcome,
+    outcome: LockstepOutcome,
     layout: Layout,
     clock: Clock,
 }
@@ -126,7 +126,7 @@ impl Cosimulation {
     }
 
     fn write_shown(&self, path: &Path, shown: &Shown) -> Result<VcdClocks, CosimError> {
-        let comparison = Comparison {
+        let comparison = OutputComparison {
             layout: &self.layout,
             ignores_idle_payload: self.outcome.ignores_idle_payload,
         };
@@ -184,19 +184,19 @@ fn by_engine(
     if options.engine != Engine::Lockstep {
         match beside_lanes::in_lanes(sensor, verilog, options, on_progress) {
             Ok(done) => return Ok(done),
-            Err(Refusal::Unfit(reason)) if options.engine == Engine::Lanes => {
+            Err(LaneRefusal::Unfit(reason)) if options.engine == Engine::Lanes => {
                 return Err(CosimError::NoLanes(reason.to_string()));
             }
-            Err(Refusal::NoVerdict(reason)) if options.engine == Engine::Lanes => {
+            Err(LaneRefusal::NoVerdict(reason)) if options.engine == Engine::Lanes => {
                 return Err(CosimError::NoVerdict(reason));
             }
-            Err(Refusal::Unfit(reason)) => not_in_lanes = Some(reason.to_string()),
-            Err(Refusal::NoVerdict(reason)) => not_in_lanes = Some(reason),
-            Err(Refusal::Failed(error)) => return Err(error),
+            Err(LaneRefusal::Unfit(reason)) => not_in_lanes = Some(reason.to_string()),
+            Err(LaneRefusal::NoVerdict(reason)) => not_in_lanes = Some(reason),
+            Err(LaneRefusal::Failed(error)) => return Err(error),
         }
     }
     let interface = sensor.interface();
-    let reference = Reference::new(interface.clone())?;
+    let reference = ReferenceModel::new(interface.clone())?;
     let registers =
         verilog.registers.as_ref().filter(|_| options.stimulus == StimulusKind::Adversarial);
     let build = |registers| {

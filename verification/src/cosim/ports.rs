@@ -244,7 +244,7 @@ pub fn differences(expected: &[Port], found: &[FoundPort]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensor::port::Role;
+    use crate::sensor::port::PortRole;
 
     #[test]
     fn ports_are_read_from_the_declarations_of_a_verilated_model() {
@@ -266,7 +266,7 @@ mod tests {
             ]
         );
         assert!(verilated_ports("VL_OUT(&a,4294967295,0);").is_empty());
-        let wanted = [(Role::Clock, 1), (Role::Data, 16), (Role::Reset, 1)];
+        let wanted = [(PortRole::Clock, 1), (PortRole::Data, 16), (PortRole::Reset, 1)];
         let wanted = wanted.map(|(role, width)| role.port(width));
         assert_eq!(
             differences(&wanted, &ports),
@@ -281,7 +281,7 @@ mod tests {
     fn inouts_arrays_and_escaped_names_are_named() {
         let header = "VL_INOUT8(&i_rst,0,0);\nVL_OUT8((&o_laser)[2],3,0);\n\
                       VL_INOUTW(&pads,99,0,4);\nVL_OUT8(&o__02bx__0,0,0);\n";
-        let wanted = [Role::Reset.port(1), Role::Laser.port(4)];
+        let wanted = [PortRole::Reset.port(1), PortRole::Laser.port(4)];
         assert_eq!(
             differences(&wanted, &verilated_ports(header)),
             [

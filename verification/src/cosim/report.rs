@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::engine::{Engine, EnginePart};
 use super::exercised::{Exercised, missing};
 use super::latency::HeldLatency;
-use super::lockstep::Outcome;
+use super::lockstep::LockstepOutcome;
 use super::mismatch::FirstMismatch;
 use super::shift::{PortDifference, differences};
 use super::{CosimOptions, StimulusKind};
@@ -17,7 +17,7 @@ use crate::reference::cover_report::Coverage;
 use crate::reference::coverage::CoverTable;
 use crate::sensor::Sensor;
 use crate::sensor::layout::Layout;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// What a co-simulation found; the JSON of `goldtof cosim`.
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
@@ -154,7 +154,7 @@ fn path_text<S: serde::Serializer>(path: &Option<PathBuf>, json: S) -> Result<S:
 pub(super) fn report(
     sensor: &Sensor,
     options: &CosimOptions,
-    outcome: &Outcome,
+    outcome: &LockstepOutcome,
     layout: &Layout,
     coverage: Coverage,
 ) -> Report {
@@ -218,7 +218,7 @@ pub(super) fn part_of(report: &Report) -> EnginePart {
 pub(super) fn coverage(
     sensor: &Sensor,
     table: &CoverTable,
-    outcome: &Outcome,
+    outcome: &LockstepOutcome,
     means: Option<Means>,
 ) -> Coverage {
     let detectors = sensor.scene().detectors.iter();
@@ -232,7 +232,8 @@ pub(super) fn peaks(sensor: &Sensor, layout: &Layout, outputs: &[u64]) -> Vec<Po
     let Some(peak) = sensor.interface().peak() else {
         return Vec::new();
     };
-    let [steps, counts] = [Role::PeakStep, Role::PeakCount].map(|port| layout.outputs.field(port));
+    let [steps, counts] =
+        [PortRole::PeakStep, PortRole::PeakCount].map(|port| layout.outputs.field(port));
     sensor
         .scene()
         .detectors

@@ -7,7 +7,7 @@ use crate::scan::{Group, Grouping};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Counting, Interface};
 use crate::sensor::layout::{Field, Layout, Record};
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// Reads the result stream of a run, record by record.
 ///
@@ -51,7 +51,7 @@ struct Bit {
 }
 
 impl Bit {
-    fn of(record: &Record, port: Role) -> Bit {
+    fn of(record: &Record, port: PortRole) -> Bit {
         let field = record.field(port);
         Bit { word: field.word, mask: 1 << field.shift }
     }
@@ -73,7 +73,7 @@ impl SentReader {
     /// A reader of a run that begins in reset.
     pub fn new(interface: &Interface, layout: &Layout) -> SentReader {
         let (inputs, outputs) = (&layout.inputs, &layout.outputs);
-        let data = outputs.field(Role::Data).clone();
+        let data = outputs.field(PortRole::Data).clone();
         SentReader {
             results: match &interface.counting {
                 Counting::Correlator(correlator) => Results::Counts {
@@ -85,11 +85,11 @@ impl SentReader {
                 },
                 Counting::Histogram(plan) => Results::Rows(FrameReader::new(interface, plan, data)),
             },
-            valid: Bit::of(outputs, Role::Valid),
-            last: Bit::of(outputs, Role::Last),
-            overrun: Bit::of(outputs, Role::Overrun),
-            reset: Bit::of(inputs, Role::Reset),
-            ready: Bit::of(inputs, Role::Ready),
+            valid: Bit::of(outputs, PortRole::Valid),
+            last: Bit::of(outputs, PortRole::Last),
+            overrun: Bit::of(outputs, PortRole::Overrun),
+            reset: Bit::of(inputs, PortRole::Reset),
+            ready: Bit::of(inputs, PortRole::Ready),
             words: (inputs.words, outputs.words),
             detectors: interface.reference_codes.len() as u64,
             grouping: interface.grouping(),

@@ -3,7 +3,7 @@
 
 use super::sent_count::SentCount;
 use crate::histogram::Histogram;
-use crate::histogram::correlation::Correlator;
+use crate::histogram::correlation::HistogramCorrelator;
 use crate::scene::DetectorIndex;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::Interface;
@@ -18,7 +18,7 @@ pub(super) struct Misplaced;
 pub(super) struct FrameReader {
     plan: HistogramPlan,
     data: Field,
-    correlators: Vec<Correlator>,
+    correlators: Vec<HistogramCorrelator>,
     /// Bins of the present frame, detector by detector.
     bins: Vec<u64>,
 }
@@ -29,7 +29,7 @@ impl FrameReader {
         FrameReader {
             plan: *plan,
             data,
-            correlators: codes.map(|code| Correlator::new(code, plan.row_bins)).collect(),
+            correlators: codes.map(|code| HistogramCorrelator::new(code, plan.row_bins)).collect(),
             bins: Vec::new(),
         }
     }

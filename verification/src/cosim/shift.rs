@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::reference::blocks::Records;
 use crate::sensor::layout::{Field, Layout};
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// Farthest that values are looked for, in clocks.
 const FARTHEST: i64 = 1_000;
@@ -26,7 +26,7 @@ pub struct PortDifference {
 /// What `m_axis_tdata` and `m_axis_tlast` hold counts with `m_axis_tvalid`: they are held
 /// against what it is when it comes.
 pub fn differences(records: &Records, layout: &Layout, ignores_idle: bool) -> Vec<PortDifference> {
-    let valid = Pair::of(records, layout, layout.outputs.field(Role::Valid));
+    let valid = Pair::of(records, layout, layout.outputs.field(PortRole::Valid));
     let fields = layout.outputs.fields.iter();
     let told = fields.filter_map(|field| {
         let pair = Pair::of(records, layout, field);

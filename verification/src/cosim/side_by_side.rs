@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::build::Built;
 use super::error::{CosimError, When};
-use super::lockstep::{Lockstep, Outcome};
+use super::lockstep::{Lockstep, LockstepOutcome};
 use super::report::{coverage, peaks, report};
 use super::sent::SentCount;
 use super::verilated::Verilated;
@@ -12,8 +12,8 @@ use super::window::Window;
 use super::{CosimOptions, Cosimulation, StimulusKind};
 use crate::photons::DetectorModel;
 use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
-use crate::reference::photons::{Photons, Recorded};
-use crate::reference::predictor::Reference;
+use crate::reference::photons::{Photons, RecordedPulses};
+use crate::reference::predictor::ReferenceModel;
 use crate::reference::stimulus::{Stimulus, clocks_for_scans};
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
@@ -25,7 +25,7 @@ use crate::sensor::layout::Layout;
 /// When the model fails, or ends the simulation.
 pub(super) fn run(
     sensor: &Sensor,
-    mut reference: Reference,
+    mut reference: ReferenceModel,
     built: &Built,
     options: &CosimOptions,
     on_progress: &mut dyn FnMut(u64, u64),
@@ -86,7 +86,9 @@ fn stimulus<'d>(
             let clocks = options.clocks;
             let clocks = clocks.unwrap_or_else(|| clocks_for_scans(interface, 1));
             match &options.recorded {
-                Some(pulses) => (Box::new(Recorded::new(Arc::clone(pulses), interface)), clocks),
+                Some(pulses) => {
+                    (Box::new(RecordedPulses::new(Arc::clone(pulses), interface)), clocks)
+                }
                 None => (Box::new(Photons::new(detectors, interface, options.seed)), clocks),
             }
         }
@@ -107,7 +109,7 @@ fn stimulus<'d>(
 }
 
 /// Runs the final blocks; they have no say where a port differs already.
-fn finish(model: &mut Verilated, outcome: &Outcome) -> Result<(), CosimError> {
+fn finish(model: &mut Verilated, outcome: &LockstepOutcome) -> Result<(), CosimError> {
     let when = When::End;
     match model.finish() {
         Err(reason) if outcome.first.is_none() => Err(CosimError::Halted { when, reason }),

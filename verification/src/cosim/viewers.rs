@@ -34,7 +34,7 @@ const DIGITS: &str = "@22";
 const LABEL: &str = "@200";
 
 /// A file beside the waveforms.
-pub(super) struct View {
+pub(super) struct ViewerFile {
     pub(super) path: PathBuf,
     pub(super) text: String,
 }
@@ -42,13 +42,13 @@ pub(super) struct View {
 /// The views of waveforms in `path` that show the clock `shown`. One is left out where
 /// something stands in its place that is not ours: a view that the user has changed and
 /// saved, say.
-pub(super) fn views(path: &Path, layout: &Layout, time: Timescale, shown: u64) -> Vec<View> {
+pub(super) fn views(path: &Path, layout: &Layout, time: Timescale, shown: u64) -> Vec<ViewerFile> {
     let is_file = fs::metadata(path).map_or(true, |found| found.is_file());
     VIEWERS
         .into_iter()
         .map(|(ending, mark, text)| (path.with_extension(ending), mark, text))
         .filter(|(view, mark, _)| is_file && view != path && is_free(view, mark))
-        .map(|(path, _, text)| View { path, text: text(layout, time, shown) })
+        .map(|(path, _, text)| ViewerFile { path, text: text(layout, time, shown) })
         .collect()
 }
 

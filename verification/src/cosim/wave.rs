@@ -4,7 +4,7 @@ use std::io;
 
 use vcd::{IdCode, ReferenceIndex, SimulationCommand, TimescaleUnit, Value, VarType, Writer};
 
-use super::comparison::Comparison;
+use super::comparison::OutputComparison;
 use crate::reference::blocks::Records;
 use crate::scan::Timescale;
 use crate::sensor::layout::{Field, Layout};
@@ -32,7 +32,7 @@ pub(super) const ANY: &str = "any";
 pub(super) fn write(
     out: &mut dyn io::Write,
     records: &Records,
-    comparison: Comparison,
+    comparison: OutputComparison,
     time: Timescale,
 ) -> io::Result<()> {
     let layout = comparison.layout;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::reference::blocks::Records;
 use crate::sensor::layout::{Field, Layout};
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// Clocks that are kept on either side of what is shown.
 const CONTEXT_CLOCKS: u64 = 1_000;
@@ -55,7 +55,7 @@ impl<'a> Kept<'a> {
         Kept {
             layout,
             window,
-            valid: layout.outputs.field(Role::Valid),
+            valid: layout.outputs.field(PortRole::Valid),
             previous: None,
             asked: Records::default(),
             first: Records::default(),

@@ -3,8 +3,8 @@
 
 use std::collections::HashMap;
 
-use crate::cosim::lanes::netlist::{CHOICE, Function, Net, Netlist, PortNets, Register};
-use crate::sensor::port::Role;
+use crate::cosim::lanes::netlist::{BitNet, CHOICE, FlipFlop, Function, GateNetlist, PortNets};
+use crate::sensor::port::PortRole;
 
 /// A literal: twice the number of a variable, plus one if it is inverted.
 type Literal = u32;
@@ -15,7 +15,7 @@ const FALSE: Literal = 0;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Started<'a> {
     /// The design.
-    pub(super) netlist: &'a Netlist,
+    pub(super) netlist: &'a GateNetlist,
     /// One for each register.
     pub(super) values: &'a [bool],
 }
@@ -24,7 +24,7 @@ pub(super) struct Started<'a> {
 /// is tied in both. With `ignores_idle_payload` what the result stream shows while it
 /// is not valid may differ.
 pub(super) fn miter(left: Started, right: Started, ignores_idle_payload: bool) -> Vec<u8> {
-    let inputs: Vec<Net> = inputs_of(left.netlist).collect();
+    let inputs: Vec<BitNet> = inputs_of(left.netlist).collect();
     let latches = left.values.len() + right.values.len();
     let mut graph = Graph {
         next: (inputs.len() + latches) as u32 + 1,
@@ -42,8 +42,8 @@ pub(super) fn miter(left: Started, right: Started, ignores_idle_payload: bool) -
         outputs.push(side.netlist.outputs.iter().map(of_port).collect());
     }
     let ports = &left.netlist.outputs;
-    let valid = ports.iter().position(|port| port.name == Role::Valid.name());
-    let is_payload = |name: &str| Role::of(name).is_some_and(Role::is_payload);
+    let valid = ports.iter().position(|port| port.name == PortRole::Valid.name());
+    let is_payload = |name: &str| PortRole::of(name).is_some_and(PortRole::is_payload);
     let mut differ = FALSE;
     for (number, port) in ports.iter().enumerate() {
         let mut here = FALSE;
@@ -71,7 +71,7 @@ pub(super) fn miter(left: Started, right: Started, ignores_idle_payload: bool) -
     bytes
 }
 
-fn inputs_of(netlist: &Netlist) -> impl Iterator<Item = Net> + '_ {
+fn inputs_of(netlist: &GateNetlist) -> impl Iterator<Item = BitNet> + '_ {
     let ports = netlist.inputs.iter().filter(|port| port.name != CHOICE);
     ports.flat_map(|port| port.nets.iter().copied())
 }
@@ -131,7 +131,7 @@ impl Graph {
     fn literals(&mut self, side: Started, first_latch: u32) -> Vec<Literal> {
         let netlist = side.netlist;
         let mut literals = vec![FALSE; netlist.nets];
-        literals[Net::ONE.index()] = 1;
+        literals[BitNet::ONE.index()] = 1;
         for (number, net) in inputs_of(netlist).enumerate() {
             literals[net.index()] = 2 * (number as u32 + 1);
         }
@@ -162,7 +162,7 @@ impl Graph {
         first_latch: u32,
     ) -> Vec<Literal> {
         let registers = side.netlist.registers.iter().enumerate();
-        let next = |(number, register): (usize, &Register)| {
+        let next = |(number, register): (usize, &FlipFlop)| {
             let inverted = u32::from(side.values[number]);
             let own = (2 * (first_latch + number as u32)) | inverted;
             let mut next = literals[register.d.index()];

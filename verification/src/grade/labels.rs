@@ -2,17 +2,17 @@
 
 use std::collections::HashMap;
 
-use crate::cosim::lanes::netlist::{Name, Net, Netlist};
+use crate::cosim::lanes::netlist::{BitNet, GateNetlist, VerilogName};
 
 /// Names of nets: of several that a net has the shortest.
 pub(super) struct Labels<'a> {
-    netlist: &'a Netlist,
-    of: HashMap<Net, (&'a Name, usize)>,
+    netlist: &'a GateNetlist,
+    of: HashMap<BitNet, (&'a VerilogName, usize)>,
 }
 
 impl<'a> Labels<'a> {
-    pub(super) fn of(netlist: &'a Netlist) -> Labels<'a> {
-        let mut of: HashMap<Net, (&Name, usize)> = HashMap::new();
+    pub(super) fn of(netlist: &'a GateNetlist) -> Labels<'a> {
+        let mut of: HashMap<BitNet, (&VerilogName, usize)> = HashMap::new();
         for name in &netlist.names {
             for (bit, &net) in name.nets.iter().enumerate() {
                 let known = of.entry(net).or_insert((name, bit));
@@ -25,7 +25,7 @@ impl<'a> Labels<'a> {
     }
 
     /// Name and source of a net, or else of the first one that it goes to.
-    pub(super) fn describe(&self, net: Net) -> (String, String) {
+    pub(super) fn describe(&self, net: BitNet) -> (String, String) {
         if let Some((name, bit)) = self.of.get(&net) {
             return (format!("{}[{bit}]", name.word), name.source.clone());
         }
@@ -56,7 +56,7 @@ impl<'a> Labels<'a> {
     }
 }
 
-fn in_logic_of((name, bit): (&Name, usize)) -> (String, String) {
+fn in_logic_of((name, bit): (&VerilogName, usize)) -> (String, String) {
     let text = format!("in the logic of {}[{bit}]", name.word);
     (text, name.source.clone())
 }

@@ -23,15 +23,15 @@ use std::thread;
 use serde::{Deserialize, Serialize};
 
 pub use self::options::{GradeOptions, GradeStimulus};
-pub use self::outcome::{Outcome, Outcomes};
+pub use self::outcome::{FaultOutcome, Outcomes};
 pub use self::proof::Bounds;
-use self::proof::{Answer, prove};
+use self::proof::{ProofAnswer, prove};
 use self::run::Stream;
 use self::tried::Tried;
 use self::variant_set::VariantSet;
 use crate::cosim::error::CosimError;
-use crate::cosim::lanes::design::Design;
-use crate::cosim::lanes::{Memories, Refusal};
+use crate::cosim::lanes::design::LaneDesign;
+use crate::cosim::lanes::{LaneRefusal, Memories};
 use crate::cosim::source::Verilog;
 use crate::document::Body;
 use crate::sensor::Sensor;
@@ -160,7 +160,7 @@ pub fn refuse(sensor: &Sensor) -> Result<(), CosimError> {
 }
 
 /// What becomes of the memories of a sensor's hardware.
-fn memories_of(sensor: &Sensor) -> Result<Memories, Refusal> {
+fn memories_of(sensor: &Sensor) -> Result<Memories, LaneRefusal> {
     let interface = sensor.interface();
     let histogram =
         interface.histogram().map(|plan| plan.memory_bits(interface.reference_codes.len()));
@@ -169,7 +169,7 @@ fn memories_of(sensor: &Sensor) -> Result<Memories, Refusal> {
     match histogram.or(registers) {
         None => Ok(Memories::Refused),
         Some(bits) if bits <= MOST_MEMORY_BITS => Ok(Memories::Registers),
-        Some(bits) => Err(Refusal::unfit(format!(
+        Some(bits) => Err(LaneRefusal::unfit(format!(
             "its histogram has {bits} bits, and at most {MOST_MEMORY_BITS} are graded, each as a \
              register; grade the same hardware with a shorter code, fewer samples per chip, or \
              buffers = 1"
@@ -178,11 +178,11 @@ fn memories_of(sensor: &Sensor) -> Result<Memories, Refusal> {
 }
 
 /// Why there is no grade.
-pub fn not_graded(refusal: Refusal) -> CosimError {
+pub fn not_graded(refusal: LaneRefusal) -> CosimError {
     match refusal {
-        Refusal::Unfit(reason) => CosimError::NotGraded(reason.to_string()),
-        Refusal::NoVerdict(reason) => CosimError::NotGraded(reason),
-        Refusal::Failed(error) => error,
+        LaneRefusal::Unfit(reason) => CosimError::NotGraded(reason.to_string()),
+        LaneRefusal::NoVerdict(reason) => CosimError::NotGraded(reason),
+        LaneRefusal::Failed(error) => error,
     }
 }
 
@@ -197,9 +197,9 @@ pub fn grade(
     options: &GradeOptions,
     choose: impl Fn(usize) -> Vec<usize> + Sync,
     mut on_progress: impl FnMut(&'static str),
-) -> Result<Graded, Refusal> {
+) -> Result<Graded, LaneRefusal> {
     let memories = memories_of(sensor)?;
-    let design = Design::netlist(&verilog.top, &verilog.sources, memories, &verilog.cache)?;
+    let design = LaneDesign::netlist(&verilog.top, &verilog.sources, memories, &verilog.cache)?;
     let stream = Stream::of(sensor, verilog, options, &design)?;
     on_progress("comparing the design with the reference model");
     stream.check()?;
@@ -216,14 +216,14 @@ pub fn grade(
         });
         let faults = run(VariantSet::faults(&design));
         let mutants = mutants.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        Ok::<_, Refusal>((faults?, mutants?))
+        Ok::<_, LaneRefusal>((faults?, mutants?))
     })?;
     on_progress("proving what is left");
     let tried = || std::iter::once(&faults).chain(&mutants);
     let questions: Vec<_> = tried().flat_map(Tried::questions).collect();
     let mut answers = prove(&questions, verilog.is_users(), options.proof_bounds())?.into_iter();
     let mut outcomes = |tried: &Tried| {
-        let answers: Vec<Answer> = answers.by_ref().take(tried.open.len()).collect();
+        let answers: Vec<ProofAnswer> = answers.by_ref().take(tried.open.len()).collect();
         Outcomes {
             total: tried.total(),
             of: tried.outcomes(&answers, &verilog.sources, options.seed),

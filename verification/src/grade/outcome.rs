@@ -6,7 +6,8 @@ use super::{FaultVerdict, Judged, Score};
 
 /// A fault or a mutant, and what became of it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-pub struct Outcome {
+#[schemars(rename = "Outcome")]
+pub struct FaultOutcome {
     /// Its number among all of its kind, from 0.
     pub number: usize,
     /// What it is, and what became of it.
@@ -19,7 +20,7 @@ pub struct Outcomes {
     /// All of the kind.
     pub total: usize,
     /// Those that were run, in order.
-    pub of: Vec<Outcome>,
+    pub of: Vec<FaultOutcome>,
 }
 
 impl Outcomes {

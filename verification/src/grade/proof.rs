@@ -42,7 +42,7 @@ impl Default for Bounds {
 
 /// What the model checker says.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Answer {
+pub(super) enum ProofAnswer {
     /// No stimulus shows a difference.
     Equivalent,
     /// What would show it.
@@ -74,10 +74,10 @@ pub(super) fn prove(
     questions: &[Question],
     ignores_idle_payload: bool,
     bounds: Bounds,
-) -> Result<Vec<Answer>, CosimError> {
+) -> Result<Vec<ProofAnswer>, CosimError> {
     let until = Instant::now() + Duration::from_secs(bounds.all_s.into());
-    let out_of_time = || Answer::Undecided(format!("not looked at within {} s", bounds.all_s));
-    let mut answers: Vec<Answer> = questions.iter().map(|_| out_of_time()).collect();
+    let out_of_time = || ProofAnswer::Undecided(format!("not looked at within {} s", bounds.all_s));
+    let mut answers: Vec<ProofAnswer> = questions.iter().map(|_| out_of_time()).collect();
     let mut left: Vec<usize> = (0..questions.len()).collect();
     for limit_s in [FIRST_LOOK_S.min(bounds.each_s), bounds.each_s] {
         let ask = |&place: &usize| {
@@ -91,7 +91,7 @@ pub(super) fn prove(
                 answers[place] = found;
             }
         }
-        left.retain(|&place| matches!(answers[place], Answer::Undecided(_)));
+        left.retain(|&place| matches!(answers[place], ProofAnswer::Undecided(_)));
         if limit_s == bounds.each_s {
             break;
         }
@@ -100,7 +100,7 @@ pub(super) fn prove(
 }
 
 impl Question<'_> {
-    fn ask(&self, ignores_idle_payload: bool, limit_s: u32) -> Result<Answer, CosimError> {
+    fn ask(&self, ignores_idle_payload: bool, limit_s: u32) -> Result<ProofAnswer, CosimError> {
         let folder = tempfile::tempdir().map_err(CosimError::cache(std::env::temp_dir()))?;
         let good = Started { netlist: &self.set.good, values: self.good_values };
         let variant = self.set.variant(self.number);
@@ -108,7 +108,7 @@ impl Question<'_> {
         let bytes = miter(good, variant, ignores_idle_payload);
         let path = folder.path().join("miter.aig");
         fs::write(&path, bytes).map_err(CosimError::cache(&path))?;
-        let undecided = || Answer::Undecided(format!("not decided within {limit_s} s"));
+        let undecided = || ProofAnswer::Undecided(format!("not decided within {limit_s} s"));
         match abc(folder.path(), limit_s) {
             Ok(said) => Ok(answer(&said).unwrap_or_else(undecided)),
             Err(CosimError::ToolTimeout { .. }) => Ok(undecided()),
@@ -128,13 +128,13 @@ fn abc(folder: &Path, limit_s: u32) -> Result<String, CosimError> {
 }
 
 /// What ABC said, if it came to an end.
-fn answer(said: &str) -> Option<Answer> {
+fn answer(said: &str) -> Option<ProofAnswer> {
     said.lines().find_map(|line| {
         if line.contains("Property proved") {
-            return Some(Answer::Equivalent);
+            return Some(ProofAnswer::Equivalent);
         }
         let (_, frame) = line.split_once("was asserted in frame ")?;
         let digits: String = frame.chars().take_while(char::is_ascii_digit).collect();
-        Some(Answer::Shown(format!("inputs that show it {digits} clocks after reset exist")))
+        Some(ProofAnswer::Shown(format!("inputs that show it {digits} clocks after reset exist")))
     })
 }

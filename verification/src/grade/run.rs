@@ -7,8 +7,8 @@ use super::variant_set::VariantSet;
 use super::{GradeOptions, GradeStimulus};
 use crate::cosim::build::build_with;
 use crate::cosim::error::CosimError;
-use crate::cosim::lanes::Refusal;
-use crate::cosim::lanes::netlist::{CHOICE, Netlist};
+use crate::cosim::lanes::LaneRefusal;
+use crate::cosim::lanes::netlist::{CHOICE, GateNetlist};
 use crate::cosim::lanes::variants::{Counters, Flips, Variants, build_variants};
 use crate::cosim::lanes::verilog::LANES;
 use crate::cosim::lockstep::Lockstep;
@@ -20,7 +20,7 @@ use crate::photons::DetectorModel;
 use crate::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
 use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::photons::Photons;
-use crate::reference::predictor::{Reference, Skip};
+use crate::reference::predictor::{ReferenceModel, Skip};
 use crate::reference::stimulus::{RESET_CLOCKS, Stimulus, clocks_for_scans};
 use crate::rtl::blocks::ScanRegisters;
 use crate::scene::DetectorIndex;
@@ -74,8 +74,8 @@ impl<'a> Stream<'a> {
         sensor: &'a Sensor,
         verilog: &'a Verilog,
         options: &'a GradeOptions,
-        good: &Netlist,
-    ) -> Result<Stream<'a>, Refusal> {
+        good: &GateNetlist,
+    ) -> Result<Stream<'a>, LaneRefusal> {
         let interface = sensor.interface();
         let registers = verilog.registers.clone();
         let registers = registers.filter(|found| Counters::find(good, found).is_some());
@@ -94,7 +94,7 @@ impl<'a> Stream<'a> {
             }
             GradeStimulus::Testbench => {
                 if registers.is_none() {
-                    return Err(Refusal::unfit(
+                    return Err(LaneRefusal::unfit(
                         "the testbench moves the scan's counters on, and this design has not the \
                          registers that goldtof emits",
                     ));
@@ -131,7 +131,7 @@ impl<'a> Stream<'a> {
     ///
     /// # Errors
     /// When it is not; or a tool fails.
-    pub(super) fn check(&self) -> Result<(), Refusal> {
+    pub(super) fn check(&self) -> Result<(), LaneRefusal> {
         let interface = self.sensor.interface();
         let layout = Layout::of(interface);
         let registers = self.registers.as_ref();
@@ -139,7 +139,7 @@ impl<'a> Stream<'a> {
         let built = build_with(top, sources, interface, registers, cache)?;
         let outcome = Lockstep {
             model: &mut Verilated::load(&built, &layout)?,
-            reference: &mut Reference::new(interface.clone()).map_err(CosimError::from)?,
+            reference: &mut ReferenceModel::new(interface.clone()).map_err(CosimError::from)?,
             stimulus: &mut *self.stimulus(),
             layout: &layout,
             window: Window::Found,
@@ -155,7 +155,7 @@ impl<'a> Stream<'a> {
     ///
     /// # Errors
     /// When the hardware is not modelled.
-    pub(super) fn witness(&self) -> Result<Option<Stream<'a>>, Refusal> {
+    pub(super) fn witness(&self) -> Result<Option<Stream<'a>>, LaneRefusal> {
         if self.options.stimulus == GradeStimulus::Adversarial {
             return Ok(None);
         }
@@ -177,11 +177,11 @@ impl<'a> Stream<'a> {
     ///
     /// # Errors
     /// What of the design has no place in lanes; or a tool fails.
-    pub(super) fn machines(&self, set: &VariantSet) -> Result<Machines, Refusal> {
+    pub(super) fn machines(&self, set: &VariantSet) -> Result<Machines, LaneRefusal> {
         let interface = self.sensor.interface();
         let counters = match &self.registers {
             Some(registers) => Counters::find(&set.good, registers).ok_or_else(|| {
-                Refusal::unfit("the scan's counters are not found among the variants")
+                LaneRefusal::unfit("the scan's counters are not found among the variants")
             })?,
             None => Counters::default(),
         };
@@ -207,11 +207,15 @@ impl<'a> Stream<'a> {
     ///
     /// # Errors
     /// When the model has ended.
-    pub(super) fn run(&self, machines: &mut Machines, chosen: &[usize]) -> Result<Caught, Refusal> {
+    pub(super) fn run(
+        &self,
+        machines: &mut Machines,
+        chosen: &[usize],
+    ) -> Result<Caught, LaneRefusal> {
         let interface = self.sensor.interface();
         machines.start(chosen);
         let layout = Layout::of(interface);
-        let mut reference = Reference::new(interface.clone()).map_err(CosimError::from)?;
+        let mut reference = ReferenceModel::new(interface.clone()).map_err(CosimError::from)?;
         let mut stimulus = self.stimulus();
         let mut maker = BlockMaker::new(&mut reference, &mut *stimulus, &layout, self.clocks);
         let mut registers = self.registers.clone();
@@ -265,7 +269,7 @@ fn flips(registers: Option<&mut ScanRegisters>, skips: &[Skip], first_clock: u64
 }
 
 /// Values of the registers at power-up, the same for all variants.
-fn power_up(netlist: &Netlist) -> Vec<bool> {
+fn power_up(netlist: &GateNetlist) -> Vec<bool> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(POWER_UP_SEED);
     let registers = netlist.registers.iter();
     registers

@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 
 use super::labels::{Labels, places};
-use super::outcome::Outcome;
-use super::proof::{Answer, PROOF, Question};
+use super::outcome::FaultOutcome;
+use super::proof::{PROOF, ProofAnswer, Question};
 use super::run::{Caught, Stream};
 use super::variant_set::VariantSet;
 use super::{FaultVerdict, Judged};
 use crate::cosim::in_users_terms;
-use crate::cosim::lanes::Refusal;
+use crate::cosim::lanes::LaneRefusal;
 use crate::cosim::source::SourceFile;
 
 /// Variants under a stimulus.
@@ -35,7 +35,7 @@ impl Tried {
         chosen: Vec<usize>,
         stream: &Stream,
         witness: Option<&Stream>,
-    ) -> Result<Tried, Refusal> {
+    ) -> Result<Tried, LaneRefusal> {
         let mut machines = stream.machines(&set)?;
         let caught = stream.run(&mut machines, &chosen)?;
         let left = caught.missed(&chosen);
@@ -64,12 +64,12 @@ impl Tried {
     /// What became of each, with an answer for each that nothing has shown.
     pub(super) fn outcomes(
         &self,
-        answers: &[Answer],
+        answers: &[ProofAnswer],
         sources: &[SourceFile],
         seed: u64,
-    ) -> Vec<Outcome> {
+    ) -> Vec<FaultOutcome> {
         let labels = Labels::of(&self.set.good);
-        let outcome = |&number: &usize| Outcome {
+        let outcome = |&number: &usize| FaultOutcome {
             number,
             judged: self.judge(number, answers, &labels, (sources, seed)),
         };
@@ -79,7 +79,7 @@ impl Tried {
     fn judge(
         &self,
         number: usize,
-        answers: &[Answer],
+        answers: &[ProofAnswer],
         labels: &Labels,
         (sources, seed): (&[SourceFile], u64),
     ) -> Judged {
@@ -103,13 +103,13 @@ impl Tried {
         }
         let place = self.open.binary_search(&number);
         match answers[place.expect("what is not shown is open")].clone() {
-            Answer::Equivalent => {
+            ProofAnswer::Equivalent => {
                 Judged { proof: Some(PROOF.to_owned()), ..judged(FaultVerdict::ProvenEquivalent) }
             }
-            Answer::Shown(needs) => {
+            ProofAnswer::Shown(needs) => {
                 Judged { needs: Some(needs), ..judged(FaultVerdict::NotCaught) }
             }
-            Answer::Undecided(why) => {
+            ProofAnswer::Undecided(why) => {
                 Judged { needs: Some(why), ..judged(FaultVerdict::Undecided) }
             }
         }

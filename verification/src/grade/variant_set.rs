@@ -5,17 +5,17 @@ use std::collections::HashMap;
 use super::GradeOptions;
 use super::labels::Labels;
 use crate::cosim::lanes::mutants::{Mutant, mutants};
-use crate::cosim::lanes::netlist::{CHOICE, Net, Netlist};
+use crate::cosim::lanes::netlist::{BitNet, CHOICE, GateNetlist};
 use crate::cosim::lanes::variants::{Site, with_faults};
-use crate::cosim::lanes::{Memories, Refusal};
+use crate::cosim::lanes::{LaneRefusal, Memories};
 use crate::cosim::source::Verilog;
 
 /// Variants of a design, all of a kind.
 pub(super) struct VariantSet {
     /// The design with all variants; a bit of the choice for each.
-    pub(super) all: Netlist,
+    pub(super) all: GateNetlist,
     /// The design with none.
-    pub(super) good: Netlist,
+    pub(super) good: GateNetlist,
     kind: Kind,
 }
 
@@ -27,7 +27,7 @@ enum Kind {
 
 impl VariantSet {
     /// Every net stuck at 0 and at 1.
-    pub(super) fn faults(netlist: &Netlist) -> VariantSet {
+    pub(super) fn faults(netlist: &GateNetlist) -> VariantSet {
         let (all, sites) = with_faults(netlist);
         VariantSet { all, good: netlist.clone(), kind: Kind::Faults(sites) }
     }
@@ -41,7 +41,7 @@ impl VariantSet {
         options: &GradeOptions,
         memories: Memories,
         count: u32,
-    ) -> Result<VariantSet, Refusal> {
+    ) -> Result<VariantSet, LaneRefusal> {
         let kept: Vec<String> = verilog
             .registers
             .iter()
@@ -62,7 +62,7 @@ impl VariantSet {
     }
 
     /// The design that is one of the variants.
-    pub(super) fn variant(&self, number: usize) -> Netlist {
+    pub(super) fn variant(&self, number: usize) -> GateNetlist {
         match &self.kind {
             Kind::Faults(sites) => {
                 let stuck = HashMap::from([(sites[number / 2].net, number % 2 == 1)]);
@@ -88,9 +88,9 @@ impl VariantSet {
 }
 
 /// The netlist of mutants with one of them, or none.
-fn chosen(all: &Netlist, number: Option<usize>) -> Netlist {
+fn chosen(all: &GateNetlist, number: Option<usize>) -> GateNetlist {
     let choice = all.input(CHOICE).unwrap_or_default();
     let bits = choice.iter().enumerate();
-    let tied: HashMap<Net, bool> = bits.map(|(bit, &net)| (net, Some(bit) == number)).collect();
+    let tied: HashMap<BitNet, bool> = bits.map(|(bit, &net)| (net, Some(bit) == number)).collect();
     all.with_tied(&tied)
 }

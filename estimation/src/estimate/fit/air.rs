@@ -8,7 +8,7 @@ use super::descent::Hypothesis;
 use super::error::FitError;
 use super::hadamard::{CodeSet, Scales};
 use super::problem::Problem;
-use super::template::{Axis, Matched, Template};
+use super::template::{DelayAxis, Matched, Template};
 use crate::code::Code;
 use crate::math::{bisected, normal_cdf};
 use crate::photons::DetectorModel;
@@ -70,7 +70,7 @@ impl UnknownCodes {
 /// The light that may be there, prepared for all scans of a detector.
 #[derive(Debug)]
 pub struct Air {
-    pub axis: Axis,
+    pub axis: DelayAxis,
     /// Codes that are known, the detector's own first.
     pub known: Vec<KnownCode>,
     /// Sets of codes that unknown sensors may have.
@@ -166,7 +166,7 @@ pub fn look_for(
             steps_per_period: sensor.timing().scan.steps_per_period,
         });
     }
-    let axis = Axis::new(sensor, detector, problem.tier, &problem.steps);
+    let axis = DelayAxis::new(sensor, detector, problem.tier, &problem.steps);
     let sigma_chips = problem.model.jitter_chips.unwrap_or(0.0);
     let own = Arc::clone(&codes[0].0);
     // A code of another length repeats at other times: none of its delays stands out.

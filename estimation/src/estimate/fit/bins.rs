@@ -9,7 +9,7 @@ use super::error::FitError;
 use super::likeliest::{Likeliest, PathSlopes, Scatter, likeliest, photons_that_tell};
 use super::model_estimate::{Goodness, ModelEstimate};
 use super::normal::Normal;
-use super::parameters::{DELAY_STEP_CHIPS, Parameters};
+use super::parameters::{DELAY_STEP_CHIPS, FitParameters};
 use super::problem::Problem;
 use super::scoring::{Counts, Settling, Slopes, likeliest_of, settle};
 use super::start;
@@ -17,8 +17,8 @@ use crate::estimate::dead_time::{dead_time, periods};
 use crate::estimate::phase::first_maximum;
 use crate::estimate::{CountingTier, coverage};
 use crate::histogram::Histogram;
-use crate::histogram::correction::{DeadTime, PrimaryLight};
-use crate::histogram::correlation::Correlator;
+use crate::histogram::correction::{BinnedDetector, PrimaryLight};
+use crate::histogram::correlation::HistogramCorrelator;
 use crate::histogram::innovations::{Given, Innovations, deviance};
 use crate::photons::DetectorModel;
 use crate::response::{Light, MeanCount, MeanResponse};
@@ -52,14 +52,14 @@ pub struct BinFitter<'s> {
     /// The path that carries modulated light.
     pub(in crate::estimate) path: PathIndex,
     model: DetectorModel,
-    correlator: Correlator,
-    dead_time: DeadTime,
+    correlator: HistogramCorrelator,
+    dead_time: BinnedDetector,
     periods: f64,
 }
 
 /// Light that bins may come from.
 struct Bins<'m> {
-    parameters: Parameters,
+    parameters: FitParameters,
     response: MeanResponse<'m>,
     innovations: Innovations,
     means: Vec<f64>,
@@ -125,7 +125,7 @@ impl<'f> Counts for BinCounts<'f> {
 }
 
 impl<'f> BinCounts<'f> {
-    fn bins(&self, parameters: Parameters) -> Result<Bins<'f>, FitError> {
+    fn bins(&self, parameters: FitParameters) -> Result<Bins<'f>, FitError> {
         let response = self.problem.response(&parameters)?;
         let means = response.mean_bins();
         let (innovations, given) = self.given(&means)?;
@@ -185,7 +185,7 @@ impl<'s> BinFitter<'s> {
         };
         let code = sensor.reference(detector);
         Ok(BinFitter {
-            correlator: Correlator::new(code, sensor.clock().samples_per_chip),
+            correlator: HistogramCorrelator::new(code, sensor.clock().samples_per_chip),
             dead_time: dead_time(sensor, detector)?,
             periods: periods(sensor),
             sensor,
@@ -223,7 +223,11 @@ impl<'s> BinFitter<'s> {
     /// Where the fit starts: as that to counts of phase steps does, but for the delay, which
     /// is that of the light without dead time and afterpulses, if it can be had. Phase steps
     /// count the same light here, so that the largest of them is the best match.
-    fn start(&self, counts: &[f64], light: Option<PrimaryLight>) -> Result<Parameters, FitError> {
+    fn start(
+        &self,
+        counts: &[f64],
+        light: Option<PrimaryLight>,
+    ) -> Result<FitParameters, FitError> {
         let total = counts.iter().sum();
         let signed = self.correlator.correlate(counts);
         let steps: Vec<MeanCount> =
@@ -255,7 +259,7 @@ impl<'s> BinFitter<'s> {
     }
 
     /// Light that comes up to a bin earlier or later, where that is likelier.
-    fn likelier(&self, counts: &[f64], here: &BinFit) -> Result<Vec<Parameters>, FitError> {
+    fn likelier(&self, counts: &[f64], here: &BinFit) -> Result<Vec<FitParameters>, FitError> {
         let problem = self.counts(counts);
         let mut found = Vec::new();
         for bins in OTHER_BINS {
@@ -267,7 +271,11 @@ impl<'s> BinFitter<'s> {
         Ok(found)
     }
 
-    fn settle<'f>(&'f self, counts: &'f [f64], start: Parameters) -> Result<BinFit<'f>, FitError> {
+    fn settle<'f>(
+        &'f self,
+        counts: &'f [f64],
+        start: FitParameters,
+    ) -> Result<BinFit<'f>, FitError> {
         let mut counts = self.counts(counts);
         let start = counts.bins(start)?;
         let settled = settle(&mut counts, start, Settling::FINE)?;
@@ -313,7 +321,7 @@ impl<'s> BinFitter<'s> {
     /// How the likeliest delays scatter round the true one ([`likeliest`]), where its approximations
     /// hold.
     pub(in crate::estimate) fn scatter_chips(&self) -> Result<Likeliest, FitError> {
-        let truth = Parameters::of(&Light::of(&self.model));
+        let truth = FitParameters::of(&Light::of(&self.model));
         let counts = self.counts(&[]);
         let means = counts.problem.response(&truth)?.mean_bins();
         let mut counts = self.counts(&means);
@@ -377,7 +385,7 @@ mod tests {
             let scene = load_with(Path::new("../scenes/quick.toml"), &settings).expect("sound");
             let sensor = Sensor::new(&scene);
             let fitter = BinFitter::new(&sensor, DetectorIndex(0)).expect("one path");
-            let truth = Parameters::of(&Light::of(&fitter.model));
+            let truth = FitParameters::of(&Light::of(&fitter.model));
             let response = fitter.counts(&[]).problem.response(&truth).expect("solved");
             // From one standard deviation below to one above.
             let scattered = |(bin, mean): (usize, f64)| {

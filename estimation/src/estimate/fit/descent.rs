@@ -11,17 +11,17 @@ use std::sync::Arc;
 use super::error::FitError;
 use super::known_moments::{KnownMoments, Linear};
 use super::normal::Normal;
-use super::parameters::{Column, Parameters, PathParameters, share_of_ones};
-use super::problem::{MOST_WEIGHINGS, Problem, Reading, Sides};
+use super::parameters::{DerivativeColumn, FitParameters, PathParameters, share_of_ones};
+use super::problem::{MOST_WEIGHINGS, Problem, ResponseReading, Sides};
 use super::scoring::{Counts, Settled, Settling, Slopes, settle};
-use super::template::{Axis, Template};
+use super::template::{DelayAxis, Template};
 use super::weights::Weights;
 use crate::response::{MeanCount, MeanResponse};
 
 /// Light that may have caused the counts, and how well it fits.
 #[derive(Debug, Clone)]
 pub struct Hypothesis<'m> {
-    pub parameters: Parameters,
+    pub parameters: FitParameters,
     pub expected: Vec<MeanCount>,
     response: Arc<MeanResponse<'m>>,
     /// Expected counts less their average over where steps begin in the code period; kept while the
@@ -37,16 +37,16 @@ impl<'m> Hypothesis<'m> {
     /// Some light of a problem. Expected counts less their average may be those of light nearby.
     pub fn of(
         problem: &Problem<'m>,
-        parameters: Parameters,
-        reading: Reading,
+        parameters: FitParameters,
+        reading: ResponseReading,
         near: Option<&Hypothesis>,
     ) -> Result<Hypothesis<'m>, FitError> {
         let response = Arc::new(problem.response(&parameters)?);
         let mut expected = problem.means_read(&parameters, &response, reading)?;
         let beyond_average = match (near, reading) {
             (Some(near), _) => Arc::clone(&near.beyond_average),
-            (None, Reading::Exact) => Arc::default(),
-            (None, Reading::OnAverage) => {
+            (None, ResponseReading::Exact) => Arc::default(),
+            (None, ResponseReading::OnAverage) => {
                 let exact = problem.means_of(&parameters, &response)?;
                 Arc::new(
                     exact
@@ -79,7 +79,7 @@ impl<'m> Hypothesis<'m> {
         &self,
         problem: &Problem,
         known: &KnownMoments,
-        axis: &Axis,
+        axis: &DelayAxis,
     ) -> Result<Weights, FitError> {
         Ok(known.weights(problem, &self.parameters, &self.expected, axis)?)
     }
@@ -97,10 +97,10 @@ impl<'m> Settled<Hypothesis<'m>> {
 pub struct Descent<'a, 'm> {
     pub problem: &'a Problem<'m>,
     pub measured: &'a [MeanCount],
-    pub axis: &'a Axis,
+    pub axis: &'a DelayAxis,
     pub weights: Weights,
     /// How expected counts are read off the response.
-    pub reading: Reading,
+    pub reading: ResponseReading,
 }
 
 /// Where the derivatives of a fit come from.
@@ -124,10 +124,10 @@ struct Descending<'a, 'd, 'm> {
     held: Option<&'d [f64]>,
     pub weights: Cow<'d, Weights>,
     /// The light that they belong to, if they are this detector's.
-    weighed_at: Option<Parameters>,
+    weighed_at: Option<FitParameters>,
     weighings: usize,
     /// Exact derivatives, and the light that they belong to.
-    linearised: Option<(Vec<Column>, Parameters)>,
+    linearised: Option<(Vec<DerivativeColumn>, FitParameters)>,
 }
 
 impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
@@ -146,7 +146,7 @@ impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
     }
 
     /// Derivatives of a node near a hypothesis, where they come from nodes.
-    fn of_node(&mut self, here: &Hypothesis<'m>) -> Option<Vec<Column>> {
+    fn of_node(&mut self, here: &Hypothesis<'m>) -> Option<Vec<DerivativeColumn>> {
         let Derivatives::Nodes(known, last) = &mut self.source else {
             return None;
         };
@@ -159,7 +159,7 @@ impl<'a, 'd, 'm> Descending<'a, 'd, 'm> {
 
     /// Whitened derivatives at the current light, or so near that they are good enough.
     fn differences(&mut self, here: &Hypothesis<'m>, anew: bool) -> Result<Slopes, FitError> {
-        let is_good = |(_, of): &(Vec<Column>, Parameters)| match anew {
+        let is_good = |(_, of): &(Vec<DerivativeColumn>, FitParameters)| match anew {
             true => &here.parameters == of,
             false => !here.parameters.differ_from(of),
         };
@@ -260,7 +260,7 @@ impl<'m> Descent<'_, 'm> {
     /// Expected counts of some light, which may be close to `near`.
     pub fn hypothesis(
         &self,
-        parameters: Parameters,
+        parameters: FitParameters,
         near: Option<&Hypothesis>,
     ) -> Result<Hypothesis<'m>, FitError> {
         Hypothesis::of(self.problem, parameters, self.reading, near)
@@ -309,7 +309,7 @@ impl<'m> Descent<'_, 'm> {
         start: Hypothesis<'m>,
         source: Derivatives,
         known: &KnownMoments,
-        weighed_at: Option<Parameters>,
+        weighed_at: Option<FitParameters>,
     ) -> Result<Settled<Hypothesis<'m>>, FitError> {
         let mut descending = Descending {
             known: Some(known),
@@ -337,7 +337,11 @@ impl<'m> Descent<'_, 'm> {
         [pattern, per_primary * dead_time.ready_share(detected)]
     }
 
-    fn rough_columns(&self, here: &Hypothesis, templates: &[Arc<Template>]) -> Vec<Column> {
+    fn rough_columns(
+        &self,
+        here: &Hypothesis,
+        templates: &[Arc<Template>],
+    ) -> Vec<DerivativeColumn> {
         let axis = self.axis;
         let [pattern, total] = self.gains(here);
         let mut columns = Vec::with_capacity(here.parameters.len());

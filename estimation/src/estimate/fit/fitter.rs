@@ -10,12 +10,12 @@ use super::known_moments::KnownMoments;
 use super::model_estimate::ModelEstimate;
 use super::moving;
 use super::one_path::OnePathFit;
-use super::parameters::Parameters;
+use super::parameters::FitParameters;
 use super::problem::{Problem, window};
 use super::scoring::likeliest_of;
 use super::slipping::SlippingLight;
 use super::start::{self, PeakShape};
-use super::template::Axis;
+use super::template::DelayAxis;
 use crate::estimate::bound::{averaged, check_scene_even};
 use crate::estimate::{CountingTier, NoEstimate, TheoryEffort, Work, coverage, distance_m};
 use crate::photons::{DetectorModel, StepCount};
@@ -216,8 +216,8 @@ impl Fitter<'_> {
         } else if self.slipping()?.is_some() {
             problem.steps = round_peak;
         }
-        let axis = Axis::new(sensor, detector, tier, &problem.steps);
-        let start = Parameters { walk: moment_ps.map(|_| 0.0), ..start };
+        let axis = DelayAxis::new(sensor, detector, tier, &problem.steps);
+        let start = FitParameters { walk: moment_ps.map(|_| 0.0), ..start };
         let settled = self.likeliest(&problem, &axis, start, counts)?;
         Ok((problem, settled))
     }
@@ -268,12 +268,12 @@ impl Fitter<'_> {
     fn likeliest<'m>(
         &self,
         problem: &Problem<'m>,
-        axis: &Axis,
-        start: Parameters,
+        axis: &DelayAxis,
+        start: FitParameters,
         counts: &[MeanCount],
     ) -> Result<OnePathFit<'m>, FitError> {
         let settle =
-            |start: Parameters| OnePathFit::new(problem, axis, &self.moments, start, counts);
+            |start: FitParameters| OnePathFit::new(problem, axis, &self.moments, start, counts);
         let first = settle(start)?;
         let settled = &first.end.parameters;
         let goes_together = problem.shares_light() || self.weighed_slipping()?.is_some();

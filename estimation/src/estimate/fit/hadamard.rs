@@ -24,7 +24,7 @@ pub struct CodeSet {
 
 /// The place where a set's correlation stands out.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cell {
+pub struct HadamardCell {
     /// Index in the set.
     pub index: i64,
     /// Delay in whole chips, interleaved ones.
@@ -117,7 +117,7 @@ impl CodeSet {
 
     /// The correlation of `image` (one value per chip) with a code that is largest times its
     /// code's scale; codes of no scale are left out.
-    pub fn best(&self, image: &[f64], scales: &Scales) -> Option<Cell> {
+    pub fn best(&self, image: &[f64], scales: &Scales) -> Option<HadamardCell> {
         let copies = 1_usize << self.interleave;
         let of_first_chip = |first: usize| {
             // An interleaved chip is itself and its opposite in turns (eq. 23).
@@ -127,12 +127,12 @@ impl CodeSet {
                 signed.sum::<f64>() as f32
             });
             let cell = self.best_before_interleaving(&gathered.collect::<Vec<_>>(), scales)?;
-            Some(Cell { chip: cell.chip * copies + first, ..cell })
+            Some(HadamardCell { chip: cell.chip * copies + first, ..cell })
         };
         (0..copies).filter_map(of_first_chip).reduce(larger)
     }
 
-    fn best_before_interleaving(&self, image: &[f32], scales: &Scales) -> Option<Cell> {
+    fn best_before_interleaving(&self, image: &[f32], scales: &Scales) -> Option<HadamardCell> {
         let length = self.states.len();
         let of_delay = |chip: usize| {
             let mut values = vec![0.0_f32; length + 1];
@@ -175,7 +175,7 @@ fn advances(v: &Lfsr, length: usize) -> Vec<u32> {
     advances
 }
 
-fn larger(a: Cell, b: Cell) -> Cell {
+fn larger(a: HadamardCell, b: HadamardCell) -> HadamardCell {
     // Of equal ones that of the earlier delay, whatever the order of work.
     let is_later = (b.chip, b.index) > (a.chip, a.index);
     if b.score > a.score || (b.score == a.score && !is_later) { b } else { a }
@@ -185,7 +185,7 @@ fn largest(
     products: impl Iterator<Item = (i64, f32)>,
     chip: usize,
     scales: &Scales,
-) -> Option<Cell> {
+) -> Option<HadamardCell> {
     let mut best: Option<(i64, f32, f32)> = None;
     for (index, product) in products {
         let scale = scales.of(index);
@@ -194,7 +194,7 @@ fn largest(
             best = Some((index, product, score));
         }
     }
-    best.map(|(index, product, score)| Cell {
+    best.map(|(index, product, score)| HadamardCell {
         index,
         chip,
         product: 0.5 * f64::from(product),

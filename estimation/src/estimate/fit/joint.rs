@@ -14,7 +14,7 @@ use super::normal::Normal;
 use super::pairs::{self, TOLD_APART};
 use super::problem::Problem;
 use super::rivals::{self, Beyond};
-use super::search::Search;
+use super::search::FitSearch;
 use crate::estimate::distance_m;
 use crate::math::bisected;
 use crate::response::MeanCount;
@@ -48,7 +48,7 @@ pub fn all_light<'m>(
     measured: &[MeanCount],
 ) -> Result<AllLight<'m>, FitError> {
     let [light, own] = air.thresholds();
-    let (mut search, mut here) = Search::new(air, problem, known, measured)?;
+    let (mut search, mut here) = FitSearch::new(air, problem, known, measured)?;
     while here.parameters.paths.len() < MOST_PATHS {
         let place = search.strongest(&here, light);
         // Where other light is still missing, that makes one path look like two.
@@ -86,7 +86,7 @@ pub fn all_light<'m>(
 /// The best pair in place of any path, if the counts tell it from one. It must gain more than
 /// `least_gain`.
 fn told_pair<'m>(
-    search: &Search<'_, 'm>,
+    search: &FitSearch<'_, 'm>,
     here: &Hypothesis<'m>,
     least_gain: f64,
 ) -> Option<Hypothesis<'m>> {
@@ -103,7 +103,7 @@ fn told_pair<'m>(
 /// have stood out only because other light was not fitted yet. Each path must lower chi-square by
 /// the square of the threshold that it had to exceed.
 fn without_least_needed<'m>(
-    search: &Search<'_, 'm>,
+    search: &FitSearch<'_, 'm>,
     here: &Hypothesis<'m>,
     normal: &Normal,
     threshold: f64,

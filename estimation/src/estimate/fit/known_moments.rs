@@ -8,11 +8,11 @@ use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use super::moments::Moments;
-use super::parameters::{Column, Parameters, PathParameters};
-use super::problem::{Problem, Reading, Sides};
+use super::moments::ProblemMoments;
+use super::parameters::{DerivativeColumn, FitParameters, PathParameters};
+use super::problem::{Problem, ResponseReading, Sides};
 use super::slipping::SlippingLight;
-use super::template::Axis;
+use super::template::DelayAxis;
 use super::weights::Weights;
 use crate::response::{MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
@@ -35,7 +35,7 @@ impl Spacing {
 /// How often the light is twice as bright as it takes to make the detector dead for half of
 /// the time. Moments depend on the share of time that it is dead, which changes the less
 /// with the light the nearer it is to one: so grids are as coarse as the light is bright.
-fn octave(parameters: &Parameters, dead_time_chips: f64) -> i32 {
+fn octave(parameters: &FitParameters, dead_time_chips: f64) -> i32 {
     let saturation = parameters.brightest() * dead_time_chips.max(0.1);
     saturation.ln_1p().div_euclid(std::f64::consts::LN_2) as i32
 }
@@ -73,7 +73,7 @@ struct Key {
 }
 
 impl Key {
-    fn new(problem: &Problem, parameters: &Parameters, place: Vec<i64>) -> Key {
+    fn new(problem: &Problem, parameters: &FitParameters, place: Vec<i64>) -> Key {
         Key {
             steps: match problem.takes_all_steps() {
                 true => Vec::new(),
@@ -87,15 +87,15 @@ impl Key {
 
 /// Expected counts of a node's light, and their derivatives.
 pub struct Linear {
-    pub parameters: Parameters,
+    pub parameters: FitParameters,
     pub means: Vec<MeanCount>,
-    pub columns: Vec<Column>,
+    pub columns: Vec<DerivativeColumn>,
 }
 
 impl Linear {
     /// Whether the derivatives are good for some parameters: half as far again as to
     /// the border to the next node.
-    pub fn holds_for(&self, parameters: &Parameters, problem: &Problem) -> bool {
+    pub fn holds_for(&self, parameters: &FitParameters, problem: &Problem) -> bool {
         let dead_time_chips = problem.model.dead_time_chips;
         let octave = octave(&self.parameters, dead_time_chips);
         let rate = 0.75 * OF_SLOPES.rate(octave, dead_time_chips);
@@ -109,11 +109,11 @@ impl Linear {
 
     /// Derivatives for strengths near the node's: by delay and by the logarithm of the
     /// strength they go with the strength.
-    pub fn columns_at(&self, parameters: &Parameters) -> Vec<Column> {
+    pub fn columns_at(&self, parameters: &FitParameters) -> Vec<DerivativeColumn> {
         let ratios = parameters.paths.iter().zip(&self.parameters.paths);
         let ratios = ratios.flat_map(|(here, node)| [(here.ln_rate - node.ln_rate).exp(); 2]);
         let ratios = ratios.chain([1.0]);
-        let scaled = |(column, ratio): (&Column, f64)| {
+        let scaled = |(column, ratio): (&DerivativeColumn, f64)| {
             let entries = column.iter().map(|entry| MeanCount {
                 signed: entry.signed * ratio,
                 total: entry.total * ratio,
@@ -131,7 +131,7 @@ type Nodes<T> = Mutex<HashMap<Key, Arc<T>>>;
 /// derivatives.
 #[derive(Default)]
 pub struct KnownMoments {
-    moments: Nodes<Moments>,
+    moments: Nodes<ProblemMoments>,
     linear: Nodes<Linear>,
     slipping: OnceLock<Result<SlippingLight, MeanResponseError>>,
 }
@@ -141,9 +141,9 @@ impl KnownMoments {
     pub fn weights(
         &self,
         problem: &Problem,
-        parameters: &Parameters,
+        parameters: &FitParameters,
         means: &[MeanCount],
-        axis: &Axis,
+        axis: &DelayAxis,
     ) -> Result<Weights, MeanResponseError> {
         let (slipping, spacing) = match problem.shares_light() {
             true => (None, &OF_SHARED_STEPS),
@@ -151,7 +151,7 @@ impl KnownMoments {
         };
         problem.weights(axis, parameters, means, slipping, |few| {
             nearest_known(&self.moments, few, parameters, spacing, |_, response| {
-                Ok(Moments::of(few, &SecondMoments::new(response)?))
+                Ok(ProblemMoments::of(few, &SecondMoments::new(response)?))
             })
         })
     }
@@ -167,12 +167,12 @@ impl KnownMoments {
     pub fn linear(
         &self,
         problem: &Problem,
-        parameters: &Parameters,
+        parameters: &FitParameters,
     ) -> Result<Arc<Linear>, MeanResponseError> {
         nearest_known(&self.linear, problem, parameters, &OF_SLOPES, |node, response| {
             Ok(Linear {
                 means: problem.means_of(&node, response)?,
-                columns: problem.jacobian(&node, response, Reading::Exact, Sides::Both)?,
+                columns: problem.jacobian(&node, response, ResponseReading::Exact, Sides::Both)?,
                 parameters: node,
             })
         })
@@ -183,9 +183,9 @@ impl KnownMoments {
 fn nearest_known<T>(
     nodes: &Nodes<T>,
     problem: &Problem,
-    parameters: &Parameters,
+    parameters: &FitParameters,
     spacing: &Spacing,
-    of_node: impl FnOnce(Parameters, &MeanResponse) -> Result<T, MeanResponseError>,
+    of_node: impl FnOnce(FitParameters, &MeanResponse) -> Result<T, MeanResponseError>,
 ) -> Result<Arc<T>, MeanResponseError> {
     let (place, node) = nearest(parameters, spacing, problem.model.dead_time_chips);
     let key = Key::new(problem, parameters, place);
@@ -212,10 +212,10 @@ impl fmt::Debug for KnownMoments {
 /// The node nearest to some parameters, and its octave and numbers. Rates of nodes are odd
 /// multiples of half a spacing: there is some light at every node.
 fn nearest(
-    parameters: &Parameters,
+    parameters: &FitParameters,
     spacing: &Spacing,
     dead_time_chips: f64,
-) -> (Vec<i64>, Parameters) {
+) -> (Vec<i64>, FitParameters) {
     let mut place = Vec::with_capacity(parameters.len());
     let octave = octave(parameters, dead_time_chips);
     place.push(i64::from(octave));
@@ -237,7 +237,7 @@ fn nearest(
             * spacing.delay_chips,
         ln_rate: rate.ln(),
     });
-    let node = Parameters { paths: paths.collect(), walk: None, constant };
+    let node = FitParameters { paths: paths.collect(), walk: None, constant };
     (place, node)
 }
 
@@ -252,7 +252,7 @@ mod tests {
         let code = Arc::new(spec.build().expect("a code"));
         for number in 0..50 {
             let number = f64::from(number);
-            let parameters = Parameters {
+            let parameters = FitParameters {
                 paths: vec![PathParameters {
                     code: Arc::clone(&code),
                     delay_chips: 2.0 + 0.0137 * number,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::parameters::Parameters;
+use super::parameters::FitParameters;
 use crate::code::Code;
 use crate::estimate::distance_m;
 use crate::math::NormalLaw;
@@ -130,7 +130,7 @@ impl ModelEstimate {
     /// of the scan.
     pub(super) fn new(
         clock: Clock,
-        parameters: &Parameters,
+        parameters: &FitParameters,
         std: &[f64],
         found: Goodness,
     ) -> ModelEstimate {

@@ -11,10 +11,10 @@
 
 use std::sync::Arc;
 
-use super::parameters::Parameters;
+use super::parameters::FitParameters;
 use super::problem::Problem;
 use super::slipping::SlippingLight;
-use super::template::Axis;
+use super::template::DelayAxis;
 use super::weights::Weights;
 use crate::response::{CountMoments, GroupMoments, MeanCount, SecondMoments};
 use crate::scan::Step;
@@ -24,42 +24,42 @@ use crate::scan::Step;
 const STEPS_FOR_SCAN_MOMENTS: usize = 60;
 
 /// Second moments of a problem's counts.
-pub enum Moments {
+pub enum ProblemMoments {
     /// Of each step, where it counts light of its own.
-    Alone(Vec<PerDetection>),
+    Alone(Vec<StepMomentsPerDetection>),
     /// Of each group of steps that share their light.
     Shared(Vec<GroupMoments>),
 }
 
-impl Moments {
-    pub fn of(problem: &Problem, second: &SecondMoments) -> Moments {
+impl ProblemMoments {
+    pub fn of(problem: &Problem, second: &SecondMoments) -> ProblemMoments {
         if problem.shares_light() {
             let of_group = |places: Vec<usize>| {
                 let steps: Vec<Step> = places.iter().map(|&place| problem.steps[place]).collect();
                 second.of_steps_together(&steps)
             };
-            return Moments::Shared(problem.groups().into_iter().map(of_group).collect());
+            return ProblemMoments::Shared(problem.groups().into_iter().map(of_group).collect());
         }
         let all = problem.takes_all_steps() && problem.steps.len() > STEPS_FOR_SCAN_MOMENTS;
         let moments = if all { second.of_scan() } else { second.of_steps(&problem.steps) };
-        Moments::Alone(moments.iter().map(PerDetection::from_moments).collect())
+        ProblemMoments::Alone(moments.iter().map(StepMomentsPerDetection::from_moments).collect())
     }
 }
 
 /// Second moments of one step's counts, per expected detection.
 #[derive(Debug, Clone, Copy)]
-pub struct PerDetection {
+pub struct StepMomentsPerDetection {
     signed_mean: f64,
     signed_variance: f64,
     total_variance: f64,
     covariance: f64,
 }
 
-impl PerDetection {
+impl StepMomentsPerDetection {
     /// Those of a step with some moments.
-    pub fn from_moments(moments: &CountMoments) -> PerDetection {
+    pub fn from_moments(moments: &CountMoments) -> StepMomentsPerDetection {
         let detections = moments.total_mean.max(f64::MIN_POSITIVE);
-        PerDetection {
+        StepMomentsPerDetection {
             signed_mean: moments.signed_mean / detections,
             signed_variance: moments.signed_variance / detections,
             total_variance: moments.total_variance / detections,
@@ -80,11 +80,11 @@ impl PerDetection {
         }
     }
 
-    fn mean(all: &[&PerDetection]) -> PerDetection {
-        let mean = |of: fn(&PerDetection) -> f64| {
+    fn mean(all: &[&StepMomentsPerDetection]) -> StepMomentsPerDetection {
+        let mean = |of: fn(&StepMomentsPerDetection) -> f64| {
             all.iter().map(|moments| of(moments)).sum::<f64>() / all.len() as f64
         };
-        PerDetection {
+        StepMomentsPerDetection {
             signed_mean: mean(|m| m.signed_mean),
             signed_variance: mean(|m| m.signed_variance),
             total_variance: mean(|m| m.total_variance),
@@ -170,7 +170,12 @@ struct Few {
 }
 
 impl Few {
-    fn of(problem: &Problem, axis: &Axis, parameters: &Parameters, groups: &[Vec<usize>]) -> Few {
+    fn of(
+        problem: &Problem,
+        axis: &DelayAxis,
+        parameters: &FitParameters,
+        groups: &[Vec<usize>],
+    ) -> Few {
         let timing = &problem.model.timing;
         let samples = axis.samples_per_chip as usize;
         let choice = Choice::of(samples, timing.parallel as usize);
@@ -225,18 +230,18 @@ impl Problem<'_> {
     /// of a long scan are taken for far apart beside what slips between them.
     pub fn weights<E>(
         &self,
-        axis: &Axis,
-        parameters: &Parameters,
+        axis: &DelayAxis,
+        parameters: &FitParameters,
         means: &[MeanCount],
         slipping: Option<&SlippingLight>,
-        moments: impl FnOnce(&Problem) -> Result<Arc<Moments>, E>,
+        moments: impl FnOnce(&Problem) -> Result<Arc<ProblemMoments>, E>,
     ) -> Result<Weights, E> {
         let groups = self.groups();
         let few = Few::of(self, axis, parameters, &groups);
         let known = moments(&Problem { steps: few.steps.clone(), ..self.clone() })?;
         let known = match &*known {
-            Moments::Alone(known) => few.classes(known, PerDetection::mean),
-            Moments::Shared(known) => {
+            ProblemMoments::Alone(known) => few.classes(known, StepMomentsPerDetection::mean),
+            ProblemMoments::Shared(known) => {
                 let known = few.classes(known, mean_of_groups);
                 let all = groups.into_iter().zip(&few.class_of).map(|(places, &class)| {
                     let moments = expecting(&known[class], &places, means);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::air;
 use super::error::FitError;
-use super::parameters::{Column, Parameters};
+use super::parameters::{DerivativeColumn, FitParameters};
 use super::problem::{Problem, window};
 use crate::estimate::phase::first_maximum;
 use crate::estimate::{CountingTier, true_delay};
@@ -92,7 +92,7 @@ impl Problem<'_> {
     }
 
     /// Derivatives by the walk, from those by the delay.
-    pub fn slope_by_walk(&self, by_delay: &Column) -> Column {
+    pub fn slope_by_walk(&self, by_delay: &DerivativeColumn) -> DerivativeColumn {
         let steps = by_delay.iter().zip(&self.steps);
         let by_walk = steps.map(|(slope, &step)| {
             let time = self.time_chips(step);
@@ -113,12 +113,12 @@ pub fn of_scene<'m>(
     tier: CountingTier,
     steps: Vec<Step>,
     moment_ps: f64,
-) -> Result<(Problem<'m>, Parameters), FitError> {
+) -> Result<(Problem<'m>, FitParameters), FitError> {
     let light = Light::of(model);
     let lit = light.paths.first().zip(model.modulated_paths().next());
     let (_, index) = lit.ok_or(FitError::Dark)?;
     let walk = Some(sensor.scene().paths[index].delay_rate());
-    let parameters = Parameters { walk, ..Parameters::of(&light) };
+    let parameters = FitParameters { walk, ..FitParameters::of(&light) };
     Ok((Problem { model, tier, steps, moment_ps }, parameters))
 }
 

@@ -12,9 +12,9 @@ use super::known_moments::{KnownMoments, Linear};
 use super::likeliest::{Likeliest, PathSlopes, Scatter, likeliest};
 use super::model_estimate::{Goodness, ModelEstimate, Velocity};
 use super::normal::Normal;
-use super::parameters::Parameters;
-use super::problem::{Problem, Reading, Sides};
-use super::template::Axis;
+use super::parameters::FitParameters;
+use super::problem::{Problem, ResponseReading, Sides};
+use super::template::DelayAxis;
 use super::weights::Weights;
 use crate::response::MeanCount;
 
@@ -29,9 +29,9 @@ impl<'m> OnePathFit<'m> {
     /// With derivatives of nodes near the start, if that fit settles; else from the start itself.
     pub fn new(
         problem: &Problem<'m>,
-        axis: &Axis,
+        axis: &DelayAxis,
         known: &KnownMoments,
-        start: Parameters,
+        start: FitParameters,
         counts: &[MeanCount],
     ) -> Result<OnePathFit<'m>, FitError> {
         if 2 * problem.steps.len() <= start.len() {
@@ -56,19 +56,20 @@ impl<'m> OnePathFit<'m> {
     /// From a start, with the weights of Poisson counts until the fit is near its end.
     fn from(
         problem: &Problem<'m>,
-        axis: &Axis,
+        axis: &DelayAxis,
         known: &KnownMoments,
-        (start, source): (Parameters, Derivatives),
+        (start, source): (FitParameters, Derivatives),
         measured: &[MeanCount],
     ) -> Result<OnePathFit<'m>, FitError> {
-        let start = Hypothesis::of(problem, start, Reading::Exact, None)?;
+        let start = Hypothesis::of(problem, start, ResponseReading::Exact, None)?;
         let (weights, weighed_at) = match source {
             Derivatives::Nodes(..) => {
                 (start.weights(problem, known, axis)?, Some(start.parameters.clone()))
             }
             _ => (Weights::of_poisson(&start.expected), None),
         };
-        let mut descent = Descent { problem, measured, axis, weights, reading: Reading::Exact };
+        let mut descent =
+            Descent { problem, measured, axis, weights, reading: ResponseReading::Exact };
         let settled = descent.weighed(start, source, known, weighed_at)?;
         if !settled.has_settled {
             return Err(FitError::NotConverged { steps: settled.steps });
@@ -87,7 +88,8 @@ impl<'m> OnePathFit<'m> {
     pub fn scatter(&self, problem: &Problem<'m>) -> Result<Likeliest, FitError> {
         let Hypothesis { parameters, expected, .. } = &self.end;
         let response = problem.response(parameters)?;
-        let jacobian = problem.jacobian(parameters, &response, Reading::Exact, Sides::Both)?;
+        let jacobian =
+            problem.jacobian(parameters, &response, ResponseReading::Exact, Sides::Both)?;
         let apart = |chips| {
             let apart = problem.apart(parameters, &response, expected, (0, chips))?;
             Ok(self.weights.whitened(&apart))
@@ -121,11 +123,11 @@ const MOST_NODES: usize = 4;
 /// may be light that has no response.
 pub fn nearby(
     problem: &Problem,
-    axis: &Axis,
+    axis: &DelayAxis,
     known: &KnownMoments,
-    start: &Parameters,
+    start: &FitParameters,
     measured: &[MeanCount],
-) -> Option<(Arc<Linear>, Parameters)> {
+) -> Option<(Arc<Linear>, FitParameters)> {
     let mut here = start.clone();
     for _ in 0..MOST_NODES {
         let linear = known.linear(problem, &here).ok()?;

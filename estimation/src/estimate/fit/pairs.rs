@@ -7,8 +7,8 @@
 use std::sync::Arc;
 
 use super::descent::Hypothesis;
-use super::parameters::{Parameters, PathParameters};
-use super::search::Search;
+use super::parameters::{FitParameters, PathParameters};
+use super::search::FitSearch;
 use super::template::Matched;
 
 /// Two paths are told apart if chi-square falls by this. Measured: with one path alone the largest
@@ -27,7 +27,7 @@ pub const LEAST_SHARE: f64 = 0.03;
 
 /// A path that may be two.
 struct Close<'a, 's, 'm> {
-    search: &'a Search<'s, 'm>,
+    search: &'a FitSearch<'s, 'm>,
     here: &'a Hypothesis<'m>,
     path: &'a PathParameters,
     matched: &'a Matched,
@@ -53,7 +53,7 @@ impl Slot {
 /// The likeliest pairs in place of path number `path`, the best first: none where its code may have
 /// no further path. To first order each lowers chi-square by more than `least_gain`.
 pub fn pairs<'m>(
-    search: &Search<'_, 'm>,
+    search: &FitSearch<'_, 'm>,
     here: &Hypothesis<'m>,
     path: usize,
     least_gain: f64,
@@ -66,7 +66,7 @@ pub fn pairs<'m>(
     let close = Close { search, here, path: lit, matched, products, least_gain };
     // A pair whose fit fails is left out.
     let fitted = starts(&close, &slots(&close)).into_iter().filter_map(|[first, second]| {
-        let in_place = |light: &mut Parameters| {
+        let in_place = |light: &mut FitParameters| {
             light.paths[path] = first;
             light.paths.push(second);
         };

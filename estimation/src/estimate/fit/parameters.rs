@@ -27,7 +27,7 @@ const MOST_LN_RATE_STEP: f64 = 2.0;
 /// The unknowns: delay and ln(strength) of each path, how the only path moves if it does, and
 /// the background, in this order.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Parameters {
+pub struct FitParameters {
     pub paths: Vec<PathParameters>,
     /// Change of the delay per time, 2 v / c; `None` of paths that stand still. The delay is
     /// then that at the [problem's moment](super::problem::Problem::moment_ps).
@@ -75,17 +75,17 @@ pub fn share_of_ones(code: &Code) -> f64 {
 }
 
 /// Derivatives of every step's means by one unknown.
-pub type Column = Vec<MeanCount>;
+pub type DerivativeColumn = Vec<MeanCount>;
 
-impl Parameters {
+impl FitParameters {
     /// Those of some light.
-    pub fn of(light: &Light) -> Parameters {
+    pub fn of(light: &Light) -> FitParameters {
         let path = |path: &LightPath| PathParameters {
             code: Arc::clone(&path.code),
             delay_chips: path.delay_chips,
             ln_rate: path.rate_per_chip.ln(),
         };
-        Parameters {
+        FitParameters {
             paths: light.paths.iter().map(path).collect(),
             walk: None,
             constant: light.constant_per_chip,
@@ -108,7 +108,7 @@ impl Parameters {
     }
 
     /// All unknowns moved by a step.
-    pub fn moved(&self, step: &[f64]) -> Parameters {
+    pub fn moved(&self, step: &[f64]) -> FitParameters {
         let mut moved = self.clone();
         for (path, step) in moved.paths.iter_mut().zip(step.chunks(2)) {
             path.delay_chips += step[0];
@@ -122,7 +122,7 @@ impl Parameters {
     }
 
     /// The same with all light later by some chips.
-    pub fn later(&self, chips: f64) -> Parameters {
+    pub fn later(&self, chips: f64) -> FitParameters {
         let mut later = self.clone();
         later.paths.iter_mut().for_each(|path| path.delay_chips += chips);
         later
@@ -142,7 +142,7 @@ impl Parameters {
     }
 
     /// The differences of all unknowns.
-    pub fn minus(&self, other: &Parameters) -> Vec<f64> {
+    pub fn minus(&self, other: &FitParameters) -> Vec<f64> {
         let pairs = self.paths.iter().zip(&other.paths);
         let mut differences: Vec<f64> = pairs
             .flat_map(|(a, b)| [a.delay_chips - b.delay_chips, a.ln_rate - b.ln_rate])
@@ -153,7 +153,7 @@ impl Parameters {
     }
 
     /// Whether derivatives at `other` are too far off for a fit that is here.
-    pub fn differ_from(&self, other: &Parameters) -> bool {
+    pub fn differ_from(&self, other: &FitParameters) -> bool {
         let differences = self.minus(other);
         let (paths, rest) = differences.split_at(2 * self.paths.len());
         let far = |path: &[f64]| path[0].abs() > LINEAR_CHIPS || path[1].abs() > LINEAR_SHARE;
@@ -165,7 +165,7 @@ impl Parameters {
 
     /// Whether counts scatter otherwise under the light of `other`: some of it differs by more than a
     /// share of all light.
-    pub fn differ_in_light_from(&self, other: &Parameters) -> bool {
+    pub fn differ_in_light_from(&self, other: &FitParameters) -> bool {
         let near = |here: f64, there: f64| (here - there).abs() <= LINEAR_SHARE * self.brightest();
         let mut pairs = self.paths.iter().zip(&other.paths);
         !near(self.constant, other.constant)
@@ -234,7 +234,7 @@ impl Parameters {
 
     /// Unknown number `index`, which is not the walk, moved by `sign` times its step for
     /// derivatives, or by as much of it as is possible, and that step.
-    pub fn nudged(&self, index: usize, sign: f64) -> (Parameters, f64) {
+    pub fn nudged(&self, index: usize, sign: f64) -> (FitParameters, f64) {
         let mut nudged = self.clone();
         let step = match nudged.paths.get_mut(index / 2) {
             Some(path) if index.is_multiple_of(2) => {
@@ -257,7 +257,7 @@ impl Parameters {
 }
 
 /// Differences of counts over a step of an unknown.
-pub fn slope(from: &[MeanCount], to: &[MeanCount], step: f64) -> Column {
+pub fn slope(from: &[MeanCount], to: &[MeanCount], step: f64) -> DerivativeColumn {
     from.iter()
         .zip(to)
         .map(|(a, b)| MeanCount {

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::air::{KnownCode, MOST_OTHERS};
 use super::descent::Hypothesis;
-use super::hadamard::Cell;
+use super::hadamard::HadamardCell;
 use super::parameters::PathParameters;
-use super::search::Search;
+use super::search::FitSearch;
 use super::template::{real, spectrum};
 use crate::code::Code;
 
@@ -34,7 +34,7 @@ impl StandingOut {
     }
 }
 
-impl Search<'_, '_> {
+impl FitSearch<'_, '_> {
     /// The place that stands out most, if it is above `threshold`.
     pub fn strongest(&self, here: &Hypothesis, threshold: f64) -> Option<StandingOut> {
         let residual = self.residual(here);
@@ -99,8 +99,9 @@ impl Search<'_, '_> {
             let best = images.iter().zip(&sub_phases).filter_map(|(image, &phase)| {
                 unknown.set.best(image, &scales).map(|cell| (cell, phase))
             });
-            let sigmas =
-                |cell: &Cell| cell.product / (unknown.power(cell.index).sqrt() * self.sigma());
+            let sigmas = |cell: &HadamardCell| {
+                cell.product / (unknown.power(cell.index).sqrt() * self.sigma())
+            };
             let best = best.max_by(|(a, _), (b, _)| sigmas(a).total_cmp(&sigmas(b)));
             let Some((cell, phase)) = best else { continue };
             let Ok(code) = unknown.set.code(cell.index) else {

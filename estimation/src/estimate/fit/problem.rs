@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::error::FitError;
-use super::parameters::{Column, DELAY_STEP_CHIPS, Parameters, PathParameters, slope};
-use super::template::Axis;
+use super::parameters::{DELAY_STEP_CHIPS, DerivativeColumn, FitParameters, PathParameters, slope};
+use super::template::DelayAxis;
 use crate::estimate::missed::tolerance_ps;
 use crate::photons::DetectorModel;
 use crate::response::{CountingTier, Light, LightPath, MeanCount, MeanResponse, MeanResponseError};
@@ -30,7 +30,7 @@ pub struct Problem<'m> {
 
 /// How expected counts are read off a response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reading {
+pub enum ResponseReading {
     /// As they are.
     Exact,
     /// With what is left of whole code periods on average.
@@ -38,7 +38,7 @@ pub enum Reading {
 }
 
 /// Responses to light of which one unknown is a little less, and a little more.
-pub struct Beside<'m> {
+pub struct NeighbouringResponses<'m> {
     below: MeanResponse<'m>,
     above: MeanResponse<'m>,
     /// How far apart the two are.
@@ -47,16 +47,20 @@ pub struct Beside<'m> {
     slope: MeanResponse<'m>,
 }
 
-impl<'m> Beside<'m> {
-    fn new(below: MeanResponse<'m>, above: MeanResponse<'m>, apart: f64) -> Beside<'m> {
-        Beside { slope: above.less(&below, 1.0 / apart), below, above, apart }
+impl<'m> NeighbouringResponses<'m> {
+    fn new(
+        below: MeanResponse<'m>,
+        above: MeanResponse<'m>,
+        apart: f64,
+    ) -> NeighbouringResponses<'m> {
+        NeighbouringResponses { slope: above.less(&below, 1.0 / apart), below, above, apart }
     }
 
     /// The same for another integration time.
-    pub fn counted_by<'n>(&self, model: &'n DetectorModel) -> Beside<'n> {
+    pub fn counted_by<'n>(&self, model: &'n DetectorModel) -> NeighbouringResponses<'n> {
         let [below, above, slope] =
             [&self.below, &self.above, &self.slope].map(|side| side.counted_by(model));
-        Beside { below, above, apart: self.apart, slope }
+        NeighbouringResponses { below, above, apart: self.apart, slope }
     }
 }
 
@@ -109,7 +113,7 @@ impl<'m> Problem<'m> {
     }
 
     /// The light that the unknowns stand for.
-    pub fn light(&self, parameters: &Parameters) -> Light {
+    pub fn light(&self, parameters: &FitParameters) -> Light {
         let path = |path: &PathParameters| LightPath {
             code: Arc::clone(&path.code),
             rate_per_chip: path.rate(),
@@ -123,14 +127,17 @@ impl<'m> Problem<'m> {
     }
 
     /// The response to the light that the unknowns stand for.
-    pub fn response(&self, parameters: &Parameters) -> Result<MeanResponse<'m>, MeanResponseError> {
+    pub fn response(
+        &self,
+        parameters: &FitParameters,
+    ) -> Result<MeanResponse<'m>, MeanResponseError> {
         MeanResponse::to_light(self.model, self.light(parameters), self.tier)
     }
 
     /// Expected counts of the steps that take part, from the response to the light.
     pub fn means_of(
         &self,
-        parameters: &Parameters,
+        parameters: &FitParameters,
         response: &MeanResponse,
     ) -> Result<Vec<MeanCount>, MeanResponseError> {
         if let Some(walk) = parameters.walk {
@@ -145,11 +152,11 @@ impl<'m> Problem<'m> {
     /// The same, read as `reading` says.
     pub fn means_read(
         &self,
-        parameters: &Parameters,
+        parameters: &FitParameters,
         response: &MeanResponse,
-        reading: Reading,
+        reading: ResponseReading,
     ) -> Result<Vec<MeanCount>, MeanResponseError> {
-        match reading == Reading::OnAverage && self.takes_all_steps() {
+        match reading == ResponseReading::OnAverage && self.takes_all_steps() {
             true => Ok(response.mean_counts_on_average()),
             false => self.means_of(parameters, response),
         }
@@ -179,14 +186,14 @@ impl<'m> Problem<'m> {
     /// Derivatives of the expected counts by every unknown; `response` is that at `parameters`.
     pub fn jacobian(
         &self,
-        parameters: &Parameters,
+        parameters: &FitParameters,
         response: &MeanResponse<'m>,
-        reading: Reading,
+        reading: ResponseReading,
         sides: Sides,
-    ) -> Result<Vec<Column>, MeanResponseError> {
+    ) -> Result<Vec<DerivativeColumn>, MeanResponseError> {
         let of = |response: &MeanResponse| self.means_read(parameters, response, reading);
         let here = (sides == Sides::One).then(|| of(response)).transpose()?;
-        let mut columns: Vec<Column> = Vec::with_capacity(parameters.len());
+        let mut columns: Vec<DerivativeColumn> = Vec::with_capacity(parameters.len());
         for index in 0..parameters.len() {
             let column = if parameters.walk_index() == Some(index) {
                 self.slope_by_walk(&columns[0])
@@ -210,28 +217,28 @@ impl<'m> Problem<'m> {
     /// Responses on both sides of an unknown other than the walk; `response` is that at `parameters`.
     pub fn beside(
         &self,
-        parameters: &Parameters,
+        parameters: &FitParameters,
         response: &MeanResponse<'m>,
         index: usize,
-    ) -> Result<Beside<'m>, MeanResponseError> {
+    ) -> Result<NeighbouringResponses<'m>, MeanResponseError> {
         if parameters.paths.len() == 1 && parameters.is_delay(index) {
             // All light earlier or later at once: the same solution, read off there.
             let delayed = |by: f64| response.delayed(self.clock().ps(by));
             let (below, above) = (delayed(-DELAY_STEP_CHIPS)?, delayed(DELAY_STEP_CHIPS)?);
-            return Ok(Beside::new(below, above, 2.0 * DELAY_STEP_CHIPS));
+            return Ok(NeighbouringResponses::new(below, above, 2.0 * DELAY_STEP_CHIPS));
         }
         let [(below, down), (above, up)] = [-1.0, 1.0].map(|by| parameters.nudged(index, by));
         let (below, above) = (self.response(&below)?, self.response(&above)?);
-        Ok(Beside::new(below, above, up - down))
+        Ok(NeighbouringResponses::new(below, above, up - down))
     }
 
     /// Derivatives of the expected counts by an unknown, from the responses on both its sides.
     pub fn slope_between(
         &self,
-        parameters: &Parameters,
-        beside: &Beside,
-        reading: Reading,
-    ) -> Result<Column, MeanResponseError> {
+        parameters: &FitParameters,
+        beside: &NeighbouringResponses,
+        reading: ResponseReading,
+    ) -> Result<DerivativeColumn, MeanResponseError> {
         let of = |response: &MeanResponse| self.means_read(parameters, response, reading);
         match parameters.walk {
             None => of(&beside.slope),
@@ -243,11 +250,11 @@ impl<'m> Problem<'m> {
     /// `parameters`, and `means` are its counts.
     pub fn apart(
         &self,
-        parameters: &Parameters,
+        parameters: &FitParameters,
         response: &MeanResponse<'m>,
         means: &[MeanCount],
         (path, later_chips): (usize, f64),
-    ) -> Result<Column, FitError> {
+    ) -> Result<DerivativeColumn, FitError> {
         let mut moved = parameters.clone();
         moved.paths[path].delay_chips += later_chips;
         let response = match parameters.paths.len() {
@@ -258,12 +265,12 @@ impl<'m> Problem<'m> {
     }
 
     /// The place of a step of the scan on the axis.
-    pub fn place_of(&self, step: Step, axis: &Axis) -> f64 {
+    pub fn place_of(&self, step: Step, axis: &DelayAxis) -> f64 {
         axis.place_of_phase_step(self.model.timing.scan.phase_step(step))
     }
 
     /// Places on the axis at which the detector's own code peaks.
-    pub fn own_peaks(&self, parameters: &Parameters, axis: &Axis) -> Vec<f64> {
+    pub fn own_peaks(&self, parameters: &FitParameters, axis: &DelayAxis) -> Vec<f64> {
         let own = parameters.paths.iter().filter(|path| path.has(&self.model.reference));
         own.map(|path| axis.place_of(path.delay_chips)).collect()
     }

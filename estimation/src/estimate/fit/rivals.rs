@@ -15,7 +15,7 @@
 use super::descent::Hypothesis;
 use super::normal::Normal;
 use super::pairs::{REACH_CHIPS, TOLD_APART, pairs};
-use super::search::Search;
+use super::search::FitSearch;
 
 /// Ratios that are known better than this, in e-folds, bend nothing.
 const KNOWN_LN_RATIO: f64 = 0.2;
@@ -47,7 +47,7 @@ pub struct Beyond {
 /// What is to be added to the variances of delay and strength of each path that the normal equations of the fit that
 /// was taken say, and how surely close paths are told apart.
 pub fn beyond_normal<'m>(
-    search: &Search<'_, 'm>,
+    search: &FitSearch<'_, 'm>,
     taken: &Hypothesis<'m>,
     normal: &Normal,
 ) -> Beyond {
@@ -130,7 +130,7 @@ fn mean_squares(rivals: &[Rival]) -> [f64; 2] {
 /// would make of it, which may be more. Any ln(ratio) is as likely before anything is counted.
 /// `None` where the ratio is known so well that the valley does not bend.
 fn valley<'m>(
-    search: &Search<'_, 'm>,
+    search: &FitSearch<'_, 'm>,
     taken: &Hypothesis<'m>,
     normal: &Normal,
     pair @ [first, second]: [usize; 2],
@@ -151,7 +151,7 @@ fn valley<'m>(
 
 /// Places along the valley of two paths, for each of the two.
 fn walk<'m>(
-    search: &Search<'_, 'm>,
+    search: &FitSearch<'_, 'm>,
     taken: &Hypothesis<'m>,
     pair: [usize; 2],
     ln_ratio_std: f64,

@@ -7,35 +7,35 @@ use super::descent::{Derivatives, Descent, Hypothesis};
 use super::error::FitError;
 use super::known_moments::KnownMoments;
 use super::normal::Normal;
-use super::parameters::{Parameters, PathParameters};
-use super::problem::{Problem, Reading};
+use super::parameters::{FitParameters, PathParameters};
+use super::problem::{Problem, ResponseReading};
 use super::template::Template;
 use crate::response::MeanCount;
 
 /// A scan, and the light that may be in it.
-pub struct Search<'a, 'm> {
+pub struct FitSearch<'a, 'm> {
     pub air: &'a Air,
     pub descent: Descent<'a, 'm>,
 }
 
-impl<'a, 'm> Search<'a, 'm> {
+impl<'a, 'm> FitSearch<'a, 'm> {
     /// A search with weights for light that is all constant.
     pub fn new(
         air: &'a Air,
         problem: &'a Problem<'m>,
         known: &KnownMoments,
         measured: &'a [MeanCount],
-    ) -> Result<(Search<'a, 'm>, Hypothesis<'m>), FitError> {
+    ) -> Result<(FitSearch<'a, 'm>, Hypothesis<'m>), FitError> {
         let model = problem.model;
         let detected = measured.iter().map(|count| count.total).sum::<f64>()
             / (measured.len() as f64 * air.axis.chips);
         let constant = model.dead_time().primary(detected);
-        let background = Parameters { paths: Vec::new(), walk: None, constant };
-        let reading = Reading::OnAverage;
+        let background = FitParameters { paths: Vec::new(), walk: None, constant };
+        let reading = ResponseReading::OnAverage;
         let start = Hypothesis::of(problem, background, reading, None)?;
         let weights = start.weights(problem, known, &air.axis)?;
         let descent = Descent { problem, measured, axis: &air.axis, weights, reading };
-        let search = Search { air, descent };
+        let search = FitSearch { air, descent };
         let start = search.descent.roughly(start, &[])?;
         Ok((search, start))
     }
@@ -56,7 +56,7 @@ impl<'a, 'm> Search<'a, 'm> {
     pub fn fitted(
         &self,
         here: &Hypothesis<'m>,
-        change: impl FnOnce(&mut Parameters),
+        change: impl FnOnce(&mut FitParameters),
     ) -> Result<Hypothesis<'m>, FitError> {
         let (start, templates) = self.changed(here, change)?;
         self.descent.roughly(start, &templates)
@@ -65,7 +65,7 @@ impl<'a, 'm> Search<'a, 'm> {
     fn changed(
         &self,
         here: &Hypothesis<'m>,
-        change: impl FnOnce(&mut Parameters),
+        change: impl FnOnce(&mut FitParameters),
     ) -> Result<(Hypothesis<'m>, Vec<Arc<Template>>), FitError> {
         let mut parameters = here.parameters.clone();
         change(&mut parameters);

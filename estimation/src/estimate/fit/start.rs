@@ -7,7 +7,7 @@ use std::sync::Arc;
 use goldtof_fft::num_complex::Complex64;
 use nalgebra::{DMatrix, DVector, DVectorView};
 
-use super::parameters::{Parameters, PathParameters, share_of_ones};
+use super::parameters::{FitParameters, PathParameters, share_of_ones};
 use super::template::{Template, real, spectrum};
 use crate::code::Code;
 use crate::estimate::phase::{estimate_at, first_maximum};
@@ -44,7 +44,7 @@ pub fn start(
     tier: CountingTier,
     counts: &[MeanCount],
     (values, peak): (&[f64], usize),
-) -> Result<Parameters, NoEstimate> {
+) -> Result<FitParameters, NoEstimate> {
     let spad = &sensor.scene().detectors[detector];
     let code = &sensor.scene().sources[spad.reference].code;
     let at_peak = counts[peak];
@@ -69,7 +69,7 @@ pub fn start(
     }
     let contrast = (at_peak.signed / at_peak.total + zeros - ones) / (2.0 * ones * zeros);
     let rate = mean * contrast.clamp(LEAST_SHARE, MOST_SHARE / ones);
-    Ok(Parameters {
+    Ok(FitParameters {
         paths: vec![PathParameters {
             code: Arc::clone(code),
             delay_chips: sensor.clock().chips(phase.delay_ps),

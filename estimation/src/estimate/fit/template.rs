@@ -94,7 +94,7 @@ pub fn real(mut spectrum: Vec<Complex64>) -> Vec<f64> {
 
 /// Where a scan's steps are on the axis of delays.
 #[derive(Debug, Clone)]
-pub struct Axis {
+pub struct DelayAxis {
     /// Peak of light without time of flight, in chips.
     pub offset_chips: f64,
     pub samples_per_chip: f64,
@@ -108,18 +108,18 @@ pub struct Axis {
     steps_per_period: f64,
 }
 
-impl Axis {
+impl DelayAxis {
     /// The axis of some steps of a detector's scan.
     pub fn new(
         sensor: &Sensor,
         detector: DetectorIndex,
         tier: CountingTier,
         steps: &[Step],
-    ) -> Axis {
+    ) -> DelayAxis {
         let scan = &sensor.timing().scan;
         let own = sensor.reference(detector);
         let chips = scan.integration_chips as f64;
-        Axis {
+        DelayAxis {
             offset_chips: calibration_offset_ps(sensor, detector, tier)
                 / sensor.clock().chip_period_ps,
             samples_per_chip: f64::from(sensor.clock().samples_per_chip),
@@ -203,7 +203,7 @@ pub struct Matched {
 }
 
 impl Matched {
-    pub fn new(template: Template, axis: &Axis) -> Matched {
+    pub fn new(template: Template, axis: &DelayAxis) -> Matched {
         let steps = axis.len();
         let at_step = |k: usize| template.at(k as f64 / axis.samples_per_chip)[0];
         let (spectrum, overlap) = match axis.is_full() {
@@ -247,7 +247,7 @@ impl Matched {
 
     /// Product of the template with a scan's values, for light that peaks at each
     /// place in the order of phase steps.
-    pub fn products(&self, axis: &Axis, values: &[f64]) -> Vec<f64> {
+    pub fn products(&self, axis: &DelayAxis, values: &[f64]) -> Vec<f64> {
         let centred = axis.centred(values);
         if self.spectrum.is_empty() {
             return self.products_one_by_one(axis, &centred);
@@ -256,7 +256,7 @@ impl Matched {
         real(spectrum.iter().zip(&self.spectrum).map(|(v, template)| v * template.conj()).collect())
     }
 
-    fn products_one_by_one(&self, axis: &Axis, centred: &[f64]) -> Vec<f64> {
+    fn products_one_by_one(&self, axis: &DelayAxis, centred: &[f64]) -> Vec<f64> {
         let reach = (2.0 * axis.samples_per_chip) as i64;
         (0..centred.len() as i64)
             .map(|place| {

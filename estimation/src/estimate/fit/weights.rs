@@ -4,7 +4,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::normal::Normal;
-use super::parameters::Column;
+use super::parameters::DerivativeColumn;
 use crate::response::{CountMoments, GroupMoments, MeanCount, ROUNDING};
 
 /// Factors W of the counts' inverse covariance, W^T W = C^-1.
@@ -154,24 +154,24 @@ impl Weights {
     /// Differences of counts, whitened.
     pub fn residuals(&self, measured: &[MeanCount], expected: &[MeanCount]) -> Vec<f64> {
         let pairs = measured.iter().zip(expected);
-        let differences: Column = pairs
+        let differences: DerivativeColumn = pairs
             .map(|(m, e)| MeanCount { signed: m.signed - e.signed, total: m.total - e.total })
             .collect();
         self.whitened(&differences)
     }
 
     /// Derivatives, whitened.
-    pub fn whitened_columns(&self, jacobian: &[Column]) -> Vec<Vec<f64>> {
+    pub fn whitened_columns(&self, jacobian: &[DerivativeColumn]) -> Vec<Vec<f64>> {
         jacobian.iter().map(|column| self.whitened(column)).collect()
     }
 
     /// Information of the counts about the unknowns, without any data.
-    pub fn information(&self, jacobian: &[Column]) -> Option<Normal> {
+    pub fn information(&self, jacobian: &[DerivativeColumn]) -> Option<Normal> {
         Normal::of_whitened(&self.whitened_columns(jacobian), &vec![0.0; self.values()])
     }
 
     /// Numbers of unit covariance that counts stand for.
-    pub fn whitened(&self, column: &Column) -> Vec<f64> {
+    pub fn whitened(&self, column: &DerivativeColumn) -> Vec<f64> {
         let alone = column.iter().zip(&self.factors);
         let alone = alone.flat_map(|(count, &[a, b, c])| {
             let both = [a * count.signed, b * count.signed + c * count.total];
@@ -182,7 +182,7 @@ impl Weights {
 }
 
 impl Together {
-    fn whitened(&self, column: &Column) -> Vec<f64> {
+    fn whitened(&self, column: &DerivativeColumn) -> Vec<f64> {
         let number = |&(place, is_total): &(usize, bool)| match is_total {
             true => column[place].total,
             false => column[place].signed,
@@ -234,7 +234,7 @@ mod tests {
         let measured = x.map(|x| count(2.0 + 3.0 * x));
         let expected = x.map(|_| count(0.0));
         let weights = Weights::of(&moments);
-        let normal = |jacobian: &[Column]| {
+        let normal = |jacobian: &[DerivativeColumn]| {
             let residuals = weights.residuals(&measured, &expected);
             Normal::of_whitened(&weights.whitened_columns(jacobian), &residuals)
                 .expect("it is regular")

@@ -10,7 +10,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-use super::target::Target;
+use super::target::MissConditions;
 use crate::estimate::count_law::{CountLaw, laws};
 use crate::estimate::delay_error_ps;
 use crate::estimate::expected_counts::ExpectedCounts;
@@ -108,7 +108,7 @@ impl Bent {
 
 /// Expected share of scans that miss the target, with a standard error of
 /// sqrt(p (1 - p) / scans); none where the moments are no finite numbers.
-pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> Option<f64> {
+pub(super) fn missed(counts: &ExpectedCounts, target: &MissConditions) -> Option<f64> {
     let groups = groups_of_scan(counts, target)?;
     let Asked { sensor, detector, .. } = target.asked;
     let scans = scans(sensor);
@@ -134,7 +134,7 @@ fn work_per_count(sensor: &Sensor) -> u64 {
     if sensor.scene().estimator == EstimatorKind::Model { 3 } else { 1 }
 }
 
-impl Target<'_> {
+impl MissConditions<'_> {
     /// Whether the estimator finds the path in a scan's counts. The model estimator's
     /// fit goes to the peak that its coarse stage has found.
     fn found_in(&self, values: &[f64], shape: Option<&PeakShape>) -> bool {
@@ -152,7 +152,7 @@ impl Target<'_> {
     }
 }
 
-fn groups_of_scan(counts: &ExpectedCounts, target: &Target) -> Option<Vec<DrawnTogether>> {
+fn groups_of_scan(counts: &ExpectedCounts, target: &MissConditions) -> Option<Vec<DrawnTogether>> {
     let model = counts.model();
     let laws = laws(counts, target.spad());
     if model.timing.parallel == 1 {
@@ -187,7 +187,7 @@ fn groups_of_scan(counts: &ExpectedCounts, target: &Target) -> Option<Vec<DrawnT
 /// within a chip of step `peak`; none where few of those have a fine estimate.
 pub(super) fn errors_ps(
     counts: &ExpectedCounts,
-    target: &Target,
+    target: &MissConditions,
     peak: usize,
 ) -> Option<(f64, f64)> {
     let near = near(target.asked.sensor.timing(), peak);
@@ -200,7 +200,7 @@ pub(super) fn errors_ps(
 pub(super) fn errors_of_values_ps<E>(
     values: &[f64],
     covariance: impl FnOnce(&[Step]) -> Result<Vec<Vec<f64>>, E>,
-    target: &Target,
+    target: &MissConditions,
     peak: usize,
 ) -> Result<Option<(f64, f64)>, E> {
     let near = near(target.asked.sensor.timing(), peak);
@@ -221,7 +221,7 @@ fn near(timing: &Timing, peak: usize) -> Vec<usize> {
 fn errors_of_groups_ps(
     expected: &[f64],
     groups: &[DrawnTogether],
-    target: &Target,
+    target: &MissConditions,
     peak: usize,
 ) -> Option<(f64, f64)> {
     let timing = target.asked.sensor.timing();
@@ -259,7 +259,7 @@ fn errors_of_groups_ps(
 /// known already, stand for the ones beside it.
 fn groups_of_steps(
     counts: &ExpectedCounts,
-    target: &Target,
+    target: &MissConditions,
     near: &[usize],
     peak: usize,
 ) -> Option<Vec<DrawnTogether>> {

@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use super::target::Target;
+use super::target::MissConditions;
 use crate::estimate::count_law::{CountLaw, laws};
 use crate::estimate::expected_counts::ExpectedCounts;
 
@@ -40,7 +40,7 @@ struct Run {
 }
 
 /// Expected share of scans that miss the target, for independent steps.
-pub(super) fn missed(counts: &ExpectedCounts, target: &Target) -> f64 {
+pub(super) fn missed(counts: &ExpectedCounts, target: &MissConditions) -> f64 {
     let laws = laws(counts, target.spad());
     // The phase moves an estimate by up to a chip.
     let reach_ps = target.asked.sensor.clock().ps(2.0);

@@ -10,7 +10,7 @@ mod largest;
 mod target;
 mod wedge;
 
-use self::target::Target;
+use self::target::MissConditions;
 pub use self::target::tolerance_ps;
 pub(super) use self::target::{counted_errors_ps, errors_wrap};
 use super::expected_counts::ExpectedCounts;
@@ -38,7 +38,7 @@ pub(super) fn missed_fraction(
     asked: &Asked,
     (peak, bound): (usize, f64),
 ) -> Option<f64> {
-    let (target, sensor) = (Target::new(asked), asked.sensor);
+    let (target, sensor) = (MissConditions::new(asked), asked.sensor);
     let is_model = sensor.scene().estimator == EstimatorKind::Model;
     let is_alone = || {
         let model = counts.model();
@@ -73,7 +73,7 @@ pub(super) fn drawn_errors_ps(
     asked: &Asked,
     peak: usize,
 ) -> Option<(f64, f64)> {
-    drawn::errors_ps(counts, &Target::new(asked), peak)
+    drawn::errors_ps(counts, &MissConditions::new(asked), peak)
 }
 
 /// The same of the values of a histogram's phase steps, taken as normal numbers: `covariance` gives
@@ -87,7 +87,7 @@ pub(super) fn drawn_errors_of_values_ps<E>(
     asked: &Asked,
     peak: usize,
 ) -> Result<Option<(f64, f64)>, E> {
-    drawn::errors_of_values_ps(values, covariance, &Target::new(asked), peak)
+    drawn::errors_of_values_ps(values, covariance, &MissConditions::new(asked), peak)
 }
 
 /// Whether the share is counted in drawn scans.

@@ -76,7 +76,7 @@ pub(in crate::estimate) fn counted_errors_ps(asked: &Asked, errors_ps: NormalLaw
 }
 
 /// What the probability of a miss depends on, besides the counts.
-pub(super) struct Target<'a> {
+pub(super) struct MissConditions<'a> {
     pub(super) asked: Asked<'a>,
     /// Delay that the estimate is compared with, including everything constant that is
     /// measured with it.
@@ -85,10 +85,10 @@ pub(super) struct Target<'a> {
     pub(super) accepted: Accepted,
 }
 
-impl<'a> Target<'a> {
+impl<'a> MissConditions<'a> {
     /// What it depends on for a path.
-    pub(super) fn new(asked: &Asked<'a>) -> Target<'a> {
-        Target {
+    pub(super) fn new(asked: &Asked<'a>) -> MissConditions<'a> {
+        MissConditions {
             asked: *asked,
             measured_ps: asked.truth().delay_ps + asked.offset_ps(),
             code_period_ps: asked.code_period_ps(),
@@ -111,7 +111,7 @@ impl<'a> Target<'a> {
 /// far from their rim.
 const INSIDE: f64 = 0.9;
 
-impl Target<'_> {
+impl MissConditions<'_> {
     /// Whether the estimate that `values` give round step `peak` is well within what
     /// is accepted.
     pub(super) fn finds_from(&self, values: &[f64], peak: usize) -> bool {
@@ -179,7 +179,7 @@ impl Target<'_> {
 
 /// Chance that a scan finds the path if its period is one window: whichever step
 /// counts most, the phase leads to the same place.
-pub(super) fn of_whole_period(counts: &ExpectedCounts, target: &Target) -> f64 {
+pub(super) fn of_whole_period(counts: &ExpectedCounts, target: &MissConditions) -> f64 {
     let moments = counts.second.of_scan();
     let half = i64::from(target.asked.sensor.clock().samples_per_chip);
     let offset = |index: usize| (index as i64 + half) % (2 * half) - half;

@@ -18,7 +18,7 @@ fn read(bytes: &[u8]) -> Result<CountsFile, Wrong> {
 }
 
 /// What it has of a sensor.
-fn recorded(bytes: &[u8], sensor: &Sensor) -> Result<Recorded, Wrong> {
+fn recorded(bytes: &[u8], sensor: &Sensor) -> Result<RecordedCounts, Wrong> {
     read(bytes)?.recorded(sensor).map_err(|error| match error {
         CountsError::Invalid { line, problem, .. } => (line, problem),
         CountsError::Unreadable { source, .. } => panic!("it was read: {source}"),
@@ -27,7 +27,7 @@ fn recorded(bytes: &[u8], sensor: &Sensor) -> Result<Recorded, Wrong> {
 
 fn scans(text: &str, sensor: &Sensor) -> Vec<RecordedScan> {
     match recorded(text.as_bytes(), sensor) {
-        Ok(Recorded::Scans(scans)) => scans,
+        Ok(RecordedCounts::Scans(scans)) => scans,
         other => panic!("{other:?}"),
     }
 }
@@ -68,7 +68,7 @@ fn counts_come_into_their_places_in_whatever_form_the_file_has() {
 #[test]
 fn encodings_delimiters_and_decimal_signs_are_found_in_the_file() {
     let sensor = quick();
-    let right = Recorded::Scans(scans(&file(), &sensor));
+    let right = RecordedCounts::Scans(scans(&file(), &sensor));
     let semicolons = file().replace(',', ";");
     let decimals = |sign: char| {
         let rows = (0..248).map(|k| format!("{k}{sign}0;{k}{sign}00\r\n"));
@@ -230,7 +230,7 @@ fn the_counts_of_one_detector_are_not_taken_for_those_of_two() {
     for counts in
         [[|k| k, |k| k + k / 247], [|_| 0, |_| 0], [|_| 9, |_| 9], [few, few], [clamped, clamped]]
     {
-        let Recorded::Scans(scans) = said(counts).unwrap() else { panic!("these are steps") };
+        let RecordedCounts::Scans(scans) = said(counts).unwrap() else { panic!("these are steps") };
         assert_eq!(scans.len(), 2);
     }
 }
@@ -253,7 +253,7 @@ fn bins_come_into_their_places_in_whatever_form_the_file_has() {
     let plan = sensor.interface().histogram().unwrap();
     let file = bins_file(plan.bins());
     let of = |text: &str| recorded(text.as_bytes(), &sensor).unwrap();
-    let Recorded::Histograms(right) = of(&file) else { panic!("these are bins") };
+    let RecordedCounts::Histograms(right) = of(&file) else { panic!("these are bins") };
     let expected: Vec<u64> = (0..plan.bins()).map(|bin| bin % 3).collect();
     assert_eq!(right[0].histogram.bins(), expected);
     assert_eq!(right[0].histogram.periods(), plan.periods);
@@ -265,7 +265,7 @@ fn bins_come_into_their_places_in_whatever_form_the_file_has() {
         file.replace('\n', "\r\n"),
         format!("detector,count,bin\r\n{swapped}"),
     ] {
-        assert_eq!(of(&text), Recorded::Histograms(right.clone()));
+        assert_eq!(of(&text), RecordedCounts::Histograms(right.clone()));
     }
 }
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::plan::UartClock;
 use super::pll::{Dividers, Frequency};
 use crate::deliver::design::EmittedFile;
-use crate::wire::Sums;
+use crate::wire::ScanSums;
 
 /// A board's project, as the manifest has it.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
@@ -58,7 +58,7 @@ pub struct Bench {
     /// The scene's text, if the device holds it.
     pub text: String,
     /// Scans that are added up.
-    pub sums: Option<Sums>,
+    pub sums: Option<ScanSums>,
 }
 
 /// A port's pin.

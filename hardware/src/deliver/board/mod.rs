@@ -1,4 +1,4 @@
-//! A scene's design on a board: a table of the boards, what a scene needs of one ([`Plan`]), and the
+//! A scene's design on a board: a table of the boards, what a scene needs of one ([`BoardPlan`]), and the
 //! files that make a bitstream of it ([`BoardProject`]).
 //!
 //! What a board cannot do is an error with what it can. Place and route checks routed delays; it
@@ -13,9 +13,11 @@ mod table;
 
 pub use error::BoardError;
 pub use made::{Bench, BoardPin, BoardProject};
-pub use plan::{Assigned, PinChoice, PinRole, Plan, UartClock};
+pub use plan::{Assigned, BoardPlan, PinChoice, PinRole, UartClock};
 pub use pll::{Dividers, Feedback, Frequency, Pll};
-pub use table::{BOARDS, Board, Device, DeviceFamily, Folder, Gear, GearPads, Pad, Pin, Side};
+pub use table::{
+    BOARDS, Board, Device, DeviceFamily, FamilyFolder, Gear, GearPads, Pad, Pin, Side,
+};
 
 /// Folder of a board's files, beside the design.
 pub const BOARD: &str = "board";

@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use super::error::BoardError;
 use super::pll::{Dividers, Frequency};
-use super::table::{Board, DeviceFamily, Folder, Gear, GearPads, Pad, Pin, Side};
+use super::table::{Board, DeviceFamily, FamilyFolder, Gear, GearPads, Pad, Pin, Side};
 use crate::scene::SceneText;
 use crate::sensor::Sensor;
-use crate::wire::{Line, Sent, Sums, check_line};
+use crate::wire::{ScanSums, Sent, SerialLine, check_line};
 
 /// By how much a PLL may miss the chip period that the scene asks for.
 const MOST_DEVIATION: f64 = 0.01;
@@ -49,7 +49,7 @@ impl FromStr for PinChoice {
 
 /// A scene on a board.
 #[derive(Debug, Clone)]
-pub struct Plan {
+pub struct BoardPlan {
     /// The board.
     pub board: &'static Board,
     /// How a detector's samples come about.
@@ -140,7 +140,7 @@ impl Assigned {
     }
 }
 
-impl Plan {
+impl BoardPlan {
     /// The sensor of a scene on a board, with pins that the user chooses.
     ///
     /// # Errors
@@ -149,7 +149,7 @@ impl Plan {
         sensor: &Sensor,
         board: &'static Board,
         choices: &[PinChoice],
-    ) -> Result<Plan, BoardError> {
+    ) -> Result<BoardPlan, BoardError> {
         check_cells(sensor, board)?;
         let gear = gear_of(sensor, board)?;
         let asked_chip_period_ps = sensor.clock().chip_period_ps;
@@ -160,7 +160,7 @@ impl Plan {
         let delay_taps = delay_taps(chip.period_ps(), gear)?;
         let pins = pins_of(sensor, gear, board, choices)?;
         let uart = uart_of(board, dividers);
-        let line = Line { pace: uart.pace(board.baud), block_ram: board.block_ram() };
+        let line = SerialLine { pace: uart.pace(board.baud), block_ram: board.block_ram() };
         check_sums(sensor, board, &line)?;
         let load = check_line(sensor.interface(), Sent::Results, &line)
             .map_err(|line| BoardError(format!("{}: {line}", board.title)))?
@@ -171,7 +171,7 @@ impl Plan {
                     board.title
                 ))
             })?;
-        Ok(Plan {
+        Ok(BoardPlan {
             board,
             gear,
             dividers,
@@ -208,13 +208,13 @@ fn check_cells(sensor: &Sensor, board: &'static Board) -> Result<(), BoardError>
 }
 
 /// Whether the board can make the sums that the scene asks for, and its device has memory for them.
-fn check_sums(sensor: &Sensor, board: &'static Board, line: &Line) -> Result<(), BoardError> {
+fn check_sums(sensor: &Sensor, board: &'static Board, line: &SerialLine) -> Result<(), BoardError> {
     let interface = sensor.interface();
     if interface.accumulate == 1 {
         return Ok(());
     }
     let title = board.title;
-    let sums = Sums::of(interface, line.pace).ok_or_else(|| {
+    let sums = ScanSums::of(interface, line.pace).ok_or_else(|| {
         BoardError(format!(
             "accumulate = {}: {title} adds up scans of 4 to 16384 results of up to 128 bits a sum, and \
              this scene has {} phase steps of {} detector(s); scan fewer steps, or integrate for longer",
@@ -324,7 +324,7 @@ fn dividers_of(
 /// A clock for the line: the oscillator, or an output of the PLL.
 fn uart_of(board: &Board, dividers: Dividers) -> UartClock {
     let oscillator = UartClock::of(Frequency::new(board.oscillator_hz, 1), None, board.baud);
-    let has_second_output = board.family.folder == Folder::Ecp5;
+    let has_second_output = board.family.folder == FamilyFolder::Ecp5;
     if !has_second_output {
         return oscillator;
     }

@@ -6,15 +6,15 @@ use goldtof_wire::{Identity, MOST_TEXT_BYTES, encode};
 
 use super::error::BoardError;
 use super::made::{Bench, BoardPin, BoardProject};
-use super::plan::{Assigned, PinRole, Plan};
-use super::table::Folder;
+use super::plan::{Assigned, BoardPlan, PinRole};
+use super::table::FamilyFolder;
 use crate::deliver::design::EmittedFile;
 use crate::deliver::emission::{Emission, made_by};
 use crate::deliver::template::filled;
 use crate::scene::{Polarity, SceneText};
 use crate::sensor::Sensor;
-use crate::sensor::port::Role;
-use crate::wire::{self, Sent, Sums};
+use crate::sensor::port::PortRole;
+use crate::wire::{self, ScanSums, Sent};
 
 macro_rules! bridge {
     ($($name:literal)*) => {
@@ -52,7 +52,7 @@ const COUNTER: (&str, &str) =
     ("sample_counter.v", include_str!("../../../../hdl/bridge/sample_counter.v"));
 
 /// Sources of a family.
-fn sources(folder: Folder) -> [(&'static str, &'static str); 4] {
+fn sources(folder: FamilyFolder) -> [(&'static str, &'static str); 4] {
     macro_rules! of {
         ($folder:literal, $memory:literal) => {
             [
@@ -76,14 +76,14 @@ fn sources(folder: Folder) -> [(&'static str, &'static str); 4] {
         };
     }
     match folder {
-        Folder::Ecp5 => of!("ecp5", "ecp5"),
-        Folder::Gowin => of!("gowin", "inferred"),
-        Folder::Ice40 => of!("ice40", "inferred"),
-        Folder::Xc7 => of!("xc7", "inferred"),
+        FamilyFolder::Ecp5 => of!("ecp5", "ecp5"),
+        FamilyFolder::Gowin => of!("gowin", "inferred"),
+        FamilyFolder::Ice40 => of!("ice40", "inferred"),
+        FamilyFolder::Xc7 => of!("xc7", "inferred"),
     }
 }
 
-impl Plan {
+impl BoardPlan {
     /// The project of a design on the board. `sensor` and `scene` have the chip period that the PLL
     /// makes.
     ///
@@ -96,7 +96,7 @@ impl Plan {
         scene: &SceneText,
     ) -> Result<BoardProject, BoardError> {
         let board = self.board;
-        let sums = Sums::of(sensor.interface(), self.uart.pace(board.baud));
+        let sums = ScanSums::of(sensor.interface(), self.uart.pace(board.baud));
         let text = sensor.scene().hardware.scene_text.then(|| text_of(scene)).transpose()?;
         let verilog: Vec<(&str, &str)> = std::iter::once(TOP)
             .chain(sums.map(|_| ACCUMULATOR))
@@ -175,11 +175,11 @@ fn file(name: &str, text: String) -> EmittedFile {
 
 /// What the files are made of.
 struct Project<'a> {
-    plan: &'a Plan,
+    plan: &'a BoardPlan,
     sensor: &'a Sensor,
     emission: &'a Emission,
     /// Scans that are added up.
-    sums: Option<Sums>,
+    sums: Option<ScanSums>,
     /// The scene's text in the device: blocks and words.
     text: Option<(u8, Vec<String>)>,
     /// Names and texts of the Verilog.
@@ -217,7 +217,7 @@ impl Project<'_> {
         if let Some(device) = board.device.pll_device {
             define("PLL_DEVICE", &format!("\"{device}\""));
         }
-        if board.family.folder == Folder::Ice40 {
+        if board.family.folder == FamilyFolder::Ice40 {
             let phase_detector_mhz = oscillator_mhz / f64::from(plan.dividers.input_divider);
             define("PLL_FILTER", &ice40_filter(phase_detector_mhz));
         }
@@ -235,7 +235,7 @@ impl Project<'_> {
             define("HELD", &format!("1'b{}", u8::from(level)));
         }
         let ports = &self.emission.ports;
-        let port = |role: Role| ports.iter().find(|port| port.role == role);
+        let port = |role: PortRole| ports.iter().find(|port| port.role == role);
         for (name, value) in self.bridge() {
             define(name, &value);
         }
@@ -260,15 +260,15 @@ impl Project<'_> {
             define("SAMPLE_INVERT", &u8::from(scene.hardware.polarity == Polarity::Low));
             define("SAMPLE_PLACE_BITS", &places.next_power_of_two().trailing_zeros());
         }
-        let has_registers = port(Role::WriteAddress).is_some();
+        let has_registers = port(PortRole::WriteAddress).is_some();
         define("BRIDGE", if has_registers { &"uart_bridge_axil" } else { &"uart_bridge" });
         if has_registers {
             define("HAS_REGISTERS", &"");
         }
-        if port(Role::Saturated).is_some() {
+        if port(PortRole::Saturated).is_some() {
             define("HAS_SATURATED", &"");
         }
-        if port(Role::PeakValid).is_some() {
+        if port(PortRole::PeakValid).is_some() {
             define("HAS_PEAK", &"");
         }
         text += "\n`endif\n";
@@ -302,18 +302,18 @@ impl Project<'_> {
     fn tool_files(&self) -> Vec<EmittedFile> {
         let makefile = |text: &str| file("Makefile", self.filled(text));
         match self.plan.board.family.folder {
-            Folder::Ecp5 => {
+            FamilyFolder::Ecp5 => {
                 vec![file("board.lpf", self.lpf()), makefile(include_str!("projects/ecp5.mk"))]
             }
-            Folder::Gowin => vec![
+            FamilyFolder::Gowin => vec![
                 file("board.cst", self.cst()),
                 file("board.sdc", self.sdc()),
                 makefile(include_str!("projects/gowin.mk")),
             ],
-            Folder::Ice40 => {
+            FamilyFolder::Ice40 => {
                 vec![file("board.pcf", self.pcf()), makefile(include_str!("projects/ice40.mk"))]
             }
-            Folder::Xc7 => vec![
+            FamilyFolder::Xc7 => vec![
                 file("board.xdc", self.xdc()),
                 file("board.tcl", self.filled(include_str!("projects/xc7.tcl"))),
                 makefile(include_str!("projects/xc7.mk")),
@@ -354,14 +354,14 @@ impl Project<'_> {
     /// The board in simulation.
     fn simulation(&self) -> Vec<EmittedFile> {
         let models = match self.plan.board.family.folder {
-            Folder::Ecp5 => concat!(
+            FamilyFolder::Ecp5 => concat!(
                 include_str!("../../../../hdl/models/ecp5.v"),
                 "\n",
                 include_str!("../../../../hdl/models/DP16KD.v")
             ),
-            Folder::Gowin => include_str!("../../../../hdl/models/gowin.v"),
-            Folder::Ice40 => include_str!("../../../../hdl/models/ice40.v"),
-            Folder::Xc7 => include_str!("../../../../hdl/models/xc7.v"),
+            FamilyFolder::Gowin => include_str!("../../../../hdl/models/gowin.v"),
+            FamilyFolder::Ice40 => include_str!("../../../../hdl/models/ice40.v"),
+            FamilyFolder::Xc7 => include_str!("../../../../hdl/models/xc7.v"),
         };
         let top = include_str!("../../../../hdl/models/simulated_board.v");
         let header = include_str!("../../../../hdl/models/simulated_board.h");

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use super::error::BoardError;
 use super::pll::{Feedback, Pll};
-use crate::scene::Target;
+use crate::scene::FpgaTarget;
 use crate::sensor::block_ram::{BlockRam, block_ram};
 
 /// A board.
@@ -68,7 +68,7 @@ pub struct DeviceFamily {
     /// Name in prose.
     pub name: &'static str,
     /// Folder in hdl/.
-    pub folder: Folder,
+    pub folder: FamilyFolder,
     /// Samples per chip, and how a detector's pins make them.
     pub gears: &'static [Gear],
     /// Which pads the gears are at.
@@ -85,7 +85,7 @@ pub struct DeviceFamily {
 
 /// The files of a family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Folder {
+pub enum FamilyFolder {
     /// Lattice ECP5.
     Ecp5,
     /// Gowin.
@@ -101,11 +101,11 @@ impl Board {
     /// UltraPlus), AMD DS180 (halves of 36 kbit).
     pub const fn block_ram(&self) -> BlockRam {
         let (like, name) = match self.family.folder {
-            Folder::Ecp5 => (Target::Ecp525k6, "DP16KD"),
+            FamilyFolder::Ecp5 => (FpgaTarget::Ecp525k6, "DP16KD"),
             // The same shapes as AMD's.
-            Folder::Gowin => (Target::Xc7, "BSRAM"),
-            Folder::Ice40 => (Target::Ice40Hx8k, "SB_RAM40_4K"),
-            Folder::Xc7 => (Target::Xc7, "RAMB18E1"),
+            FamilyFolder::Gowin => (FpgaTarget::Xc7, "BSRAM"),
+            FamilyFolder::Ice40 => (FpgaTarget::Ice40Hx8k, "SB_RAM40_4K"),
+            FamilyFolder::Xc7 => (FpgaTarget::Xc7, "RAMB18E1"),
         };
         block_ram(like).of_device(name, self.device.blocks)
     }
@@ -218,7 +218,7 @@ const ONE_TO_128: &[u32] = &{
 /// Lattice ECP5, speed grade 6.
 pub static ECP5: DeviceFamily = DeviceFamily {
     name: "Lattice ECP5",
-    folder: Folder::Ecp5,
+    folder: FamilyFolder::Ecp5,
     gears: &[
         Gear { samples: 4, pins: 1, fast_clocks: 2, cells: "IDDRX2F" },
         Gear {
@@ -255,7 +255,7 @@ const fn gowin(
 ) -> DeviceFamily {
     DeviceFamily {
         name,
-        folder: Folder::Gowin,
+        folder: FamilyFolder::Gowin,
         gears: &[
             Gear { samples: 4, pins: 1, fast_clocks: 2, cells: "IDES4" },
             Gear { samples: 8, pins: 1, fast_clocks: 4, cells: "IDES8" },
@@ -295,7 +295,7 @@ pub static GW2AR_18: DeviceFamily = gowin(
 /// Lattice iCE40 UltraPlus.
 pub static ICE40: DeviceFamily = DeviceFamily {
     name: "Lattice iCE40",
-    folder: Folder::Ice40,
+    folder: FamilyFolder::Ice40,
     gears: &[Gear { samples: 2, pins: 1, fast_clocks: 1, cells: "SB_IO, both edges" }],
     gear_pads: GearPads::Any,
     gear_mbps: 370.0,
@@ -318,7 +318,7 @@ pub static ICE40: DeviceFamily = DeviceFamily {
 /// AMD 7-series, speed grade 1.
 pub static XC7: DeviceFamily = DeviceFamily {
     name: "AMD 7-series",
-    folder: Folder::Xc7,
+    folder: FamilyFolder::Xc7,
     gears: &[
         Gear { samples: 4, pins: 1, fast_clocks: 2, cells: "ISERDESE2" },
         Gear { samples: 8, pins: 1, fast_clocks: 4, cells: "ISERDESE2" },

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::deliver::design::{Design, EmittedFile};
+use crate::deliver::design::{EmittedDesign, EmittedFile};
 
 /// Clock constraints.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
@@ -16,7 +16,7 @@ pub struct Constraints {
 }
 
 /// Constraint files of a design.
-pub(super) fn constraints(design: &Design) -> Constraints {
+pub(super) fn constraints(design: &EmittedDesign) -> Constraints {
     let chip_period_ps = design.sensor.clock().chip_period_ps;
     of_period(&design.top(), chip_period_ps, design.made_by)
 }

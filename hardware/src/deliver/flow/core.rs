@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 
 use super::constraints::Constraints;
 use super::testbench::Testbench;
-use crate::deliver::design::{Design, EmittedFile};
+use crate::deliver::design::{EmittedDesign, EmittedFile};
 use crate::deliver::formal::Formal;
 use crate::deliver::template::filled;
 
 /// What a core lists beside the design.
-pub(super) struct Parts<'a> {
+pub(super) struct CoreFiles<'a> {
     pub(super) header: &'a EmittedFile,
     pub(super) testbench: &'a Testbench,
     pub(super) constraints: &'a Constraints,
@@ -36,7 +36,7 @@ fn proofs(files: &[EmittedFile], formal: &Formal) -> String {
 }
 
 /// FuseSoC core with lint, simulation and synthesis targets.
-pub(super) fn core(design: &Design, parts: &Parts) -> EmittedFile {
+pub(super) fn core(design: &EmittedDesign, parts: &CoreFiles) -> EmittedFile {
     let Constraints { sdc, lpf, xdc } = parts.constraints;
     let listed = |files: &[EmittedFile]| -> String {
         files.iter().map(|file| format!("      - {}\n", file.name)).collect()

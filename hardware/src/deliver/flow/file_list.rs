@@ -1,9 +1,9 @@
 //! File lists for `-f` of simulators and linters.
 
-use crate::deliver::design::{Design, EmittedFile};
+use crate::deliver::design::{EmittedDesign, EmittedFile};
 
 /// The design's files, one a line.
-pub(super) fn file_list(design: &Design) -> EmittedFile {
+pub(super) fn file_list(design: &EmittedDesign) -> EmittedFile {
     EmittedFile {
         name: design.file_name(".f"),
         text: listed(&design.top(), design.files.iter(), design.made_by),
@@ -12,7 +12,7 @@ pub(super) fn file_list(design: &Design) -> EmittedFile {
 
 /// The design's files and those of the testbench, whose top module is `top`, one a line.
 pub(super) fn testbench_file_list(
-    design: &Design,
+    design: &EmittedDesign,
     top: &str,
     testbench_files: &[EmittedFile],
 ) -> EmittedFile {

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use crate::deliver::design::{Design, EmittedFile};
+use crate::deliver::design::{EmittedDesign, EmittedFile};
 
 /// A macro with the width of each port: `SENSOR_TOP_M_AXIS_TDATA_BITS`.
-pub(super) fn header(design: &Design) -> EmittedFile {
+pub(super) fn header(design: &EmittedDesign) -> EmittedFile {
     let macros = design.prefix.of_macro("SENSOR_TOP");
     let mut text = format!(
         "// Bits of each port of {top}, for what is written round it\n// Made by  {made_by}\n\n\

@@ -18,7 +18,7 @@ use serde::Serialize;
 pub use self::constraints::Constraints;
 pub use self::registers::RegisterFiles;
 pub use self::testbench::Testbench;
-use super::design::{Design, EmittedFile};
+use super::design::{EmittedDesign, EmittedFile};
 use super::error::HdlError;
 use super::formal::Formal;
 
@@ -47,12 +47,12 @@ impl Flow {
     ///
     /// # Errors
     /// When the reference model cannot predict the ports of this interface.
-    pub(super) fn of(design: &Design, formal: &Formal) -> Result<Flow, HdlError> {
+    pub(super) fn of(design: &EmittedDesign, formal: &Formal) -> Result<Flow, HdlError> {
         let testbench = testbench::testbench(design)?;
         let constraints = constraints::constraints(design);
         let header = header::header(design);
         let file_list = file_list::file_list(design);
-        let parts = core::Parts {
+        let parts = core::CoreFiles {
             header: &header,
             testbench: &testbench,
             constraints: &constraints,

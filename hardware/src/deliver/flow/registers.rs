@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use crate::deliver::design::{Design, EmittedFile};
-use crate::sensor::registers::{Access, Register, RegisterField};
+use crate::deliver::design::{EmittedDesign, EmittedFile};
+use crate::sensor::registers::{Access, MappedRegister, RegisterField};
 
 /// What a host needs to know of a design with registers.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
@@ -16,12 +16,12 @@ pub struct RegisterFiles {
     /// Addresses, bits and values after power-up as macros, for C.
     pub c_header: EmittedFile,
     /// The registers.
-    pub map: Vec<Register>,
+    pub map: Vec<MappedRegister>,
 }
 
 impl RegisterFiles {
     /// Those of a design, if it has registers.
-    pub(super) fn of(design: &Design) -> Option<RegisterFiles> {
+    pub(super) fn of(design: &EmittedDesign) -> Option<RegisterFiles> {
         let interface = design.interface();
         let plan = interface.registers.as_ref()?;
         let map = plan.map(&interface.timing, &interface.source_codes);
@@ -45,7 +45,7 @@ impl RegisterFiles {
 }
 
 /// Each register is a type of its own: what tools derive names from does not change with a reset value.
-fn systemrdl(design: &Design, map: &[Register]) -> String {
+fn systemrdl(design: &EmittedDesign, map: &[MappedRegister]) -> String {
     let top = design.top();
     let mut text = format!(
         "// Registers of {top}, in SystemRDL 2.0\n// Made by  {}\n\naddrmap {top}_registers {{\n    \
@@ -89,7 +89,7 @@ fn quoted(text: &str) -> String {
     text.replace('\\', "\\\\").replace('"', "\\\"")
 }
 
-fn c_header(design: &Design, map: &[Register]) -> String {
+fn c_header(design: &EmittedDesign, map: &[MappedRegister]) -> String {
     let macros = format!("{}_REGISTERS", design.prefix.of_macro("SENSOR_TOP"));
     let mut text = format!(
         "/* Registers of {}: addresses of bytes, bits, and values at power-up\n * Made by  {}\n */\n\n\

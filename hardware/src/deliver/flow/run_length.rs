@@ -9,7 +9,7 @@ pub struct Runs {
 /// Words `{value, repeats}`: `value` holds for `repeats` + 1 clocks. `repeats`
 /// fills whole hexadecimal digits.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Words {
+pub struct RunLengthWords {
     /// Number of words.
     pub count: u64,
     /// Bits of `repeats`.
@@ -32,7 +32,7 @@ impl Runs {
 
     /// Encodes values of `bits` bits, with `repeats` as wide as makes the text
     /// shortest.
-    pub fn encode(&self, bits: u32) -> Words {
+    pub fn encode(&self, bits: u32) -> RunLengthWords {
         let value_digits = bits.div_ceil(4);
         let shortest = (1..=4).min_by_key(|&repeat_digits| {
             self.words_with(repeat_digits) * u64::from(repeat_digits + value_digits + 1)
@@ -62,7 +62,11 @@ impl Runs {
             text += &line;
             text.push('\n');
         }
-        Words { count: self.words_with(repeat_digits), repeat_bits: 4 * repeat_digits, text }
+        RunLengthWords {
+            count: self.words_with(repeat_digits),
+            repeat_bits: 4 * repeat_digits,
+            text,
+        }
     }
 
     fn words_with(&self, repeat_digits: u32) -> u64 {

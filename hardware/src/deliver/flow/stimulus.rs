@@ -4,11 +4,11 @@ use super::run_length::Runs;
 use crate::reference::adversarial::{Adversarial, Means};
 use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::cover_report::Coverage;
-use crate::reference::predictor::{Reference, ReferenceError, Skip};
+use crate::reference::predictor::{ReferenceError, ReferenceModel, Skip};
 use crate::rtl::blocks::{CountRegister, ScanRegisters};
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout};
-use crate::sensor::port::{Port, Role, Use};
+use crate::sensor::port::{Port, PortRole, Use};
 
 /// Longest run: an interpreting simulator takes seconds for it.
 pub const MOST_CLOCKS: u64 = 100_000;
@@ -26,7 +26,7 @@ const SEED: u64 = 2;
 
 /// What a vector file holds one behind the other: a port, or a counter of the scan.
 #[derive(Debug, Clone)]
-pub struct Column {
+pub struct VectorColumn {
     /// Its name.
     pub name: String,
     /// Bits.
@@ -35,18 +35,18 @@ pub struct Column {
     pub is_payload: bool,
 }
 
-impl Column {
-    fn of(port: &Port) -> Column {
+impl VectorColumn {
+    fn of(port: &Port) -> VectorColumn {
         let is_payload = port.role.is_payload();
-        Column { name: port.name.clone(), width: port.width, is_payload }
+        VectorColumn { name: port.name.clone(), width: port.width, is_payload }
     }
 }
 
 /// Ports that share a vector file, from bit 0 up.
 #[derive(Debug, Clone)]
-pub struct Group {
+pub struct PortGroup {
     /// The ports.
-    pub ports: Vec<Column>,
+    pub ports: Vec<VectorColumn>,
     /// Their values, clock by clock.
     pub runs: Runs,
     /// Where they lie in a record, in the same order.
@@ -55,16 +55,22 @@ pub struct Group {
     packed: Vec<u64>,
 }
 
-impl Group {
-    fn new(fields: Vec<Field>) -> Group {
-        let ports: Vec<Column> = fields.iter().map(|field| Column::of(&field.port)).collect();
+impl PortGroup {
+    fn new(fields: Vec<Field>) -> PortGroup {
+        let ports: Vec<VectorColumn> =
+            fields.iter().map(|field| VectorColumn::of(&field.port)).collect();
         let bits: u32 = ports.iter().map(|port| port.width).sum();
-        Group { ports, runs: Runs::default(), fields, packed: vec![0; bits.div_ceil(64) as usize] }
+        PortGroup {
+            ports,
+            runs: Runs::default(),
+            fields,
+            packed: vec![0; bits.div_ceil(64) as usize],
+        }
     }
 
     /// Values that stand in no record.
-    fn plain(ports: impl Iterator<Item = Column>) -> Group {
-        let mut group = Group::new(Vec::new());
+    fn plain(ports: impl Iterator<Item = VectorColumn>) -> PortGroup {
+        let mut group = PortGroup::new(Vec::new());
         group.ports = ports.collect();
         group.packed = vec![0; group.bits().div_ceil(64) as usize];
         group
@@ -126,12 +132,12 @@ fn put(packed: &mut [u64], at: u32, value: &[u64]) {
 #[derive(Debug, Clone)]
 pub struct Recording {
     /// Every input but the clock.
-    pub inputs: Group,
+    pub inputs: PortGroup,
     /// Lasers and epoch, which change from chip to chip. As every output: what
     /// stands there before the first clock, then after each.
-    pub chips: Group,
+    pub chips: PortGroup,
     /// The other outputs, which change from phase step to phase step.
-    pub results: Group,
+    pub results: PortGroup,
     /// What moves the scan's counters on before each clock, if anything ever does.
     pub skips: Option<Skips>,
     /// Clocks of the run.
@@ -156,7 +162,7 @@ pub struct Skips {
     /// The counters, from bit 0 up.
     pub registers: Vec<CountRegister>,
     /// What goes into them before each clock.
-    pub values: Group,
+    pub values: PortGroup,
     /// The first clock before which one moves.
     pub first_clock: u64,
 }
@@ -189,14 +195,14 @@ pub fn record(interface: &Interface, names: &[String]) -> Result<Recording, Refe
         .cloned()
         .partition(|field| field.port.role.usage() == Use::Code);
     let (mut adversary, clocks) = adversary(interface)?;
-    let mut reference = Reference::new(interface.clone())?;
+    let mut reference = ReferenceModel::new(interface.clone())?;
     let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
-    let mut inputs = Group::new(layout.inputs.fields.clone());
-    let (mut chips, mut results) = (Group::new(chips), Group::new(results));
+    let mut inputs = PortGroup::new(layout.inputs.fields.clone());
+    let (mut chips, mut results) = (PortGroup::new(chips), PortGroup::new(results));
     chips.push_zero();
     results.push_zero();
     let (mut resets, mut phase_steps, mut scans) = (0, 0, 0);
-    let reset = layout.inputs.field(Role::Reset);
+    let reset = layout.inputs.field(PortRole::Reset);
     let mut in_reset = false;
     let mut skips = Vec::new();
     let mut block = Block::default();
@@ -242,7 +248,7 @@ impl Skips {
     fn of(interface: &Interface, skips: &[Skip], clocks: u64) -> Option<Skips> {
         let first_clock = skips.first()?.clock;
         let mut registers = ScanRegisters::of(interface);
-        let mut values = Group::plain(registers.present().map(|register| Column {
+        let mut values = PortGroup::plain(registers.present().map(|register| VectorColumn {
             name: register.path("."),
             width: register.width(),
             is_payload: false,

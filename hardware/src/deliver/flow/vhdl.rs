@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
-use crate::deliver::design::{Design, EmittedFile};
+use crate::deliver::design::{EmittedDesign, EmittedFile};
 use crate::sensor::port::{Direction, Port};
 
 /// A package with a component declaration, and the widths of the ports as constants.
-pub(super) fn package(design: &Design) -> EmittedFile {
+pub(super) fn package(design: &EmittedDesign) -> EmittedFile {
     let top = design.top();
     let ports = design.interface().ports();
     let mut text = format!(

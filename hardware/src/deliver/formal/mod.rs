@@ -9,7 +9,7 @@ mod script;
 use serde::Serialize;
 
 use self::proofs::{Proof, proofs};
-use super::design::{Design, EmittedFile};
+use super::design::{EmittedDesign, EmittedFile};
 
 /// Files of the folder `formal`.
 #[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
@@ -35,7 +35,7 @@ impl Formal {
     pub const FOLDER: &'static str = script::FOLDER;
 
     /// The proofs of a design.
-    pub(super) fn of(design: &Design) -> Formal {
+    pub(super) fn of(design: &EmittedDesign) -> Formal {
         let proofs = proofs(design);
         Formal {
             properties: script::properties(design),

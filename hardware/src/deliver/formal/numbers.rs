@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use crate::code::{Code, Generator, Lfsr};
-use crate::deliver::design::Design;
+use crate::deliver::design::EmittedDesign;
 use crate::rtl::blocks::SequenceCounter;
 use crate::scene::{Combination, Polarity};
 use crate::sensor::histogram::HistogramPlan;
@@ -13,7 +13,7 @@ use crate::sensor::peak::PeakPlan;
 use crate::sensor::registers::RegisterPlan;
 
 /// Macros with a design's numbers, and modules with its codes.
-pub(super) fn header(design: &Design) -> String {
+pub(super) fn header(design: &EmittedDesign) -> String {
     let interface = design.interface();
     let mut text = String::new();
     let mut define = |name: &str, value: String| {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::numbers::{row_bits, scan_clocks};
 use crate::code::Code;
-use crate::deliver::design::Design;
+use crate::deliver::design::EmittedDesign;
 use crate::rtl::back::BLOCK_MEMORY;
 use crate::sensor::histogram::HistogramPlan;
 use crate::sensor::interface::{Correlator, Counting, Interface};
@@ -15,7 +15,7 @@ use crate::sensor::registers::{RegisterPlan, is_same};
 pub(super) struct Proof {
     /// Name of the proof and of its task.
     pub(super) name: &'static str,
-    pub(super) engine: Engine,
+    pub(super) engine: ProofEngine,
     /// Signals of the proof that are those of the design, with their places below `sensor_top`.
     pub(super) seen: Vec<(String, String)>,
     /// Places whose signals the proof drives.
@@ -30,7 +30,7 @@ pub(super) struct Proof {
 
 /// How a proof is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Engine {
+pub(super) enum ProofEngine {
     /// A search through so many clocks after reset, induction over four clocks with all
     /// equivalences of design and specification as hypotheses, then property directed
     /// reachability for what is left.
@@ -48,7 +48,7 @@ pub(super) enum Engine {
 }
 
 impl Proof {
-    fn new(name: &'static str, engine: Engine) -> Proof {
+    fn new(name: &'static str, engine: ProofEngine) -> Proof {
         let (seen, cut, emptied, freed, begun) = Default::default();
         Proof { name, engine, seen, cut, emptied, freed, begun }
     }
@@ -81,8 +81,8 @@ impl Proof {
     /// The macro with which the registers are mapped; none where they are as they are.
     pub(super) fn register_map(&self) -> Option<&'static str> {
         match self.engine {
-            Engine::Steps(_) => None,
-            Engine::InReset => Some("-D IN_RESET "),
+            ProofEngine::Steps(_) => None,
+            ProofEngine::InReset => Some("-D IN_RESET "),
             _ => Some(""),
         }
     }
@@ -90,14 +90,14 @@ impl Proof {
     /// Name of the task that looks whether its assertions can be reached; none where they ask
     /// for nothing.
     pub(super) fn cover_task(&self) -> Option<String> {
-        (self.engine != Engine::InReset).then(|| format!("{}_cover", self.name))
+        (self.engine != ProofEngine::InReset).then(|| format!("{}_cover", self.name))
     }
 
     /// Clocks within which they are, from any state on.
     pub(super) fn cover_depth(&self) -> u32 {
         match self.engine {
             // The clocks before, the one behind them, and one more.
-            Engine::Steps(clocks) => clocks + 2,
+            ProofEngine::Steps(clocks) => clocks + 2,
             _ => 4,
         }
     }
@@ -106,8 +106,8 @@ impl Proof {
     pub(super) fn options(&self) -> Vec<String> {
         let bounded = |depth: u32| vec!["mode bmc".to_owned(), format!("depth {depth}")];
         match self.engine {
-            Engine::Steps(_) => bounded(self.cover_depth()),
-            Engine::Bounded(clocks) => bounded(clocks),
+            ProofEngine::Steps(_) => bounded(self.cover_depth()),
+            ProofEngine::Bounded(clocks) => bounded(clocks),
             _ => vec!["mode prove".to_owned()],
         }
     }
@@ -116,11 +116,11 @@ impl Proof {
     pub(super) fn engine_line(&self) -> String {
         match self.engine {
             // What shows within the pipelines is found at once; scorr and pdr would look long for it.
-            Engine::Induction(clocks) => {
+            ProofEngine::Induction(clocks) => {
                 format!("abc bmc3 -F {clocks}; scorr -F 4 -C 100000; pdr")
             }
-            Engine::Reachability | Engine::InReset => "abc pdr".to_owned(),
-            Engine::Steps(_) | Engine::Bounded(_) => "abc bmc3".to_owned(),
+            ProofEngine::Reachability | ProofEngine::InReset => "abc pdr".to_owned(),
+            ProofEngine::Steps(_) | ProofEngine::Bounded(_) => "abc bmc3".to_owned(),
         }
     }
 }
@@ -145,11 +145,11 @@ fn part(signal: &str, number: u32, bits: u32) -> String {
 const PIPELINE_CLOCKS: u32 = 9;
 
 /// The proofs of a design.
-pub(super) fn proofs(design: &Design) -> Vec<Proof> {
+pub(super) fn proofs(design: &EmittedDesign) -> Vec<Proof> {
     let interface = design.interface();
     let channels = channels(design);
-    let mut codes = Proof::new("codes", Engine::Induction(PIPELINE_CLOCKS));
-    let mut proofs = vec![Proof::new("reset", Engine::InReset)];
+    let mut codes = Proof::new("codes", ProofEngine::Induction(PIPELINE_CLOCKS));
+    let mut proofs = vec![Proof::new("reset", ProofEngine::InReset)];
     match &interface.counting {
         Counting::Correlator(correlator) => {
             if interface.realigns() {
@@ -173,7 +173,7 @@ pub(super) fn proofs(design: &Design) -> Vec<Proof> {
             proofs.extend([codes, scan, stream]);
         }
     }
-    proofs.push(Proof::new("axis", Engine::Reachability));
+    proofs.push(Proof::new("axis", ProofEngine::Reachability));
     if interface.registers.is_some() {
         proofs.iter_mut().for_each(|proof| proof.freed.push("register_memory"));
     }
@@ -188,7 +188,7 @@ pub(super) fn proofs(design: &Design) -> Vec<Proof> {
 }
 
 fn scan(interface: &Interface, correlator: &Correlator) -> Proof {
-    let mut proof = Proof::new("scan", Engine::Steps(scan_clocks(correlator)));
+    let mut proof = Proof::new("scan", ProofEngine::Steps(scan_clocks(correlator)));
     let chips = interface.timing.scan.integration_chips;
     let results = correlator.queued(interface.reference_codes.len() as u32 * interface.parallel());
     for (is_there, signal, place) in [
@@ -214,7 +214,7 @@ fn scan(interface: &Interface, correlator: &Correlator) -> Proof {
 
 /// Codes as a host sets them, whenever they run.
 fn set_codes(plan: &RegisterPlan) -> Proof {
-    let mut proof = Proof::new("codes", Engine::Induction(PIPELINE_CLOCKS));
+    let mut proof = Proof::new("codes", ProofEngine::Induction(PIPELINE_CLOCKS));
     proof.emptied = vec!["scan_sequencer"];
     proof.freed = vec!["detector_channel"];
     proof.drive("sequencer.o_on", "on");
@@ -226,7 +226,7 @@ fn set_codes(plan: &RegisterPlan) -> Proof {
 
 /// The slave's rules, and settings that are steady while codes run.
 fn registers(plan: &RegisterPlan) -> Proof {
-    let mut proof = Proof::new("registers", Engine::Reachability);
+    let mut proof = Proof::new("registers", ProofEngine::Reachability);
     proof.freed = vec!["detector_channel"];
     proof.see("on_seen", "sequencer.o_on");
     let mut from = 0;
@@ -256,7 +256,7 @@ fn controller(interface: &Interface) -> (&'static str, &'static str) {
 }
 
 /// For each detector where its reference is delayed; like ones are made by a loop.
-fn channels(design: &Design) -> Vec<String> {
+fn channels(design: &EmittedDesign) -> Vec<String> {
     let top = design.files.last().map_or("", |file| file.text.as_str());
     let interface = design.interface();
     let detectors = interface.reference_codes.len();
@@ -313,7 +313,7 @@ fn counted(interface: &Interface, d: u32, channel: &str) -> Vec<(String, String)
 fn reference(interface: &Interface, channels: &[String]) -> Proof {
     // The delay grows to a whole chip, a sample with each step, before the reference waits.
     let clocks = PIPELINE_CLOCKS.max(interface.lanes() + 6);
-    let mut proof = Proof::new("reference", Engine::Induction(clocks));
+    let mut proof = Proof::new("reference", ProofEngine::Induction(clocks));
     proof.emptied = vec!["scan_controller"];
     proof.drive("controller.o_last_chip", "ends");
     if interface.timing.scan.integration_chips > 1 {
@@ -328,7 +328,7 @@ fn reference(interface: &Interface, channels: &[String]) -> Proof {
 }
 
 fn counts(interface: &Interface, correlator: &Correlator, channels: &[String]) -> Proof {
-    let mut proof = Proof::new("counts", Engine::Induction(PIPELINE_CLOCKS));
+    let mut proof = Proof::new("counts", ProofEngine::Induction(PIPELINE_CLOCKS));
     let begins = correlator.count_segments.count == 1;
     proof.begun = begins.then_some("base_r");
     let (module, instance) = controller(interface);
@@ -367,7 +367,7 @@ fn bases(counting: &Correlator, steps: u32, d: u32, channel: &str) -> Vec<(Strin
 }
 
 fn stream(interface: &Interface, channels: &[String]) -> Proof {
-    let mut proof = Proof::new("stream", Engine::Induction(PIPELINE_CLOCKS));
+    let mut proof = Proof::new("stream", ProofEngine::Induction(PIPELINE_CLOCKS));
     let (module, instance) = controller(interface);
     proof.emptied = vec![module, "detector_channel"];
     for (d, channel) in (0..).zip(channels) {
@@ -382,7 +382,7 @@ fn stream(interface: &Interface, channels: &[String]) -> Proof {
 }
 
 fn peak(interface: &Interface, channels: &[String]) -> Proof {
-    let mut proof = Proof::new("peak", Engine::Bounded(30));
+    let mut proof = Proof::new("peak", ProofEngine::Bounded(30));
     let (module, instance) = controller(interface);
     proof.emptied = vec![module, "detector_channel"];
     proof.drive(&format!("{instance}.o_counted"), "counted");
@@ -396,7 +396,7 @@ fn peak(interface: &Interface, channels: &[String]) -> Proof {
 /// Rows, code periods and frames of a histogram, and what the memories are told of them; and, in
 /// `stream`, rows on the stream.
 fn frames(name: &'static str, interface: &Interface, plan: &HistogramPlan) -> Proof {
-    let mut proof = Proof::new(name, Engine::Steps(1));
+    let mut proof = Proof::new(name, ProofEngine::Steps(1));
     proof.freed.push("histogram_channel");
     let turns = plan.takes_turns();
     for (is_there, signal, place) in [

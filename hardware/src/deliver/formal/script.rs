@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::numbers::header;
 use super::proofs::Proof;
-use crate::deliver::design::{Design, EmittedFile};
+use crate::deliver::design::{EmittedDesign, EmittedFile};
 use crate::rtl::back::BLOCK_MEMORY;
 
 /// Name of the folder of these files.
@@ -20,12 +20,12 @@ const PROOF: &str = "prove_";
 const SPECIFICATION: &str = "spec_";
 
 /// Name of the file with the properties.
-fn properties_name(design: &Design) -> String {
+fn properties_name(design: &EmittedDesign) -> String {
     design.file_name("_formal.sv")
 }
 
 /// Name of sby's file.
-fn script_name(design: &Design) -> String {
+fn script_name(design: &EmittedDesign) -> String {
     design.file_name(".sby")
 }
 
@@ -45,7 +45,7 @@ const OF_REGISTERS: [&str; 1] = [include_str!("registers.sv")];
 const OF_STREAM: [&str; 1] = [include_str!("axis.sv")];
 
 /// The properties of all proofs.
-pub(super) fn properties(design: &Design) -> EmittedFile {
+pub(super) fn properties(design: &EmittedDesign) -> EmittedFile {
     let interface = design.interface();
     let mut text = format!(
         "// What {top} has to do: a module for each proof of {script}\n\
@@ -109,7 +109,7 @@ pub(super) fn abc(made_by: &str) -> EmittedFile {
 
 /// Modules that a proof empties: ports without anything behind them, or behind outputs
 /// whatever the proof's engine likes.
-pub(super) fn emptied(design: &Design, proofs: &[Proof]) -> EmittedFile {
+pub(super) fn emptied(design: &EmittedDesign, proofs: &[Proof]) -> EmittedFile {
     let mut text = format!(
         "// Modules of {} of which a proof drives the outputs, or leaves them free: their ports and no more\n\
          // Made by  {}\n\n`default_nettype none\n",
@@ -163,18 +163,18 @@ fn output(line: &str) -> Option<(String, &str)> {
 }
 
 /// The module of a file, without the prefix.
-fn module<'f>(design: &Design, file: &'f EmittedFile) -> &'f str {
+fn module<'f>(design: &EmittedDesign, file: &'f EmittedFile) -> &'f str {
     let name = file.name.trim_end_matches(".v");
     design.prefix.strip(name).unwrap_or(name)
 }
 
 /// Name of a proof's module.
-fn top(design: &Design, proof: &Proof) -> String {
+fn top(design: &EmittedDesign, proof: &Proof) -> String {
     design.prefix.of(&format!("{PROOF}{}", proof.name))
 }
 
 /// The files of the design that a proof reads.
-fn names(design: &Design, proof: &Proof) -> String {
+fn names(design: &EmittedDesign, proof: &Proof) -> String {
     let files = design.files.iter();
     let read = files.filter(|file| !proof.empties(module(design, file)));
     let names: Vec<&str> = read.map(|file| file.name.as_str()).collect();
@@ -182,7 +182,7 @@ fn names(design: &Design, proof: &Proof) -> String {
 }
 
 /// sby's tasks.
-pub(super) fn script(design: &Design, proofs: &[Proof]) -> EmittedFile {
+pub(super) fn script(design: &EmittedDesign, proofs: &[Proof]) -> EmittedFile {
     let properties = properties_name(design);
     let mut text = format!(
         "# Proofs of {top}, for sby (SymbiYosys). In the folder of {top}.v:\n\
@@ -231,7 +231,7 @@ pub(super) fn script(design: &Design, proofs: &[Proof]) -> EmittedFile {
 
 /// What Yosys does before the proofs, line by line; one that begins with a name is for
 /// that task alone.
-fn write_yosys(design: &Design, proofs: &[Proof], properties: &str, text: &mut String) {
+fn write_yosys(design: &EmittedDesign, proofs: &[Proof], properties: &str, text: &mut String) {
     for proof in proofs {
         let _ = writeln!(text, "on_{}: read_verilog {}", proof.name, names(design, proof));
         if proof.is_cut() {

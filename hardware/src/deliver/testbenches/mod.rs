@@ -8,8 +8,8 @@ use crate::printable::printable_ascii;
 use crate::rtl::back::Prefix;
 use crate::scene::SceneText;
 use crate::sensor::Sensor;
-use crate::sensor::port::{Direction, Port, Role, Use};
-use crate::sensor::registers::{Register, RegisterPlan, is_same};
+use crate::sensor::port::{Direction, Port, PortRole, Use};
+use crate::sensor::registers::{MappedRegister, RegisterPlan, is_same};
 
 /// Folder of the testbench for cocotb.
 pub const COCOTB: &str = "cocotb";
@@ -95,7 +95,7 @@ fn of_registers(sensor: &Sensor, plan: &RegisterPlan) -> String {
     });
     let map = plan.map(&interface.timing, codes);
     let registers = map.iter().map(|register| {
-        let Register { name, address, .. } = register;
+        let MappedRegister { name, address, .. } = register;
         format!("    \"{name}\": {address:#05x},\n")
     });
     let values = [
@@ -177,19 +177,20 @@ fn range(port: &Port) -> String {
 /// Parameters and ports of what stands beside a design, the recorder or the scoreboard: those that
 /// the design lacks rest at 0.
 fn beside(ports: &[Port]) -> (String, Vec<String>) {
-    let width = |role: Role| ports.iter().find(|port| port.role == role).map(|port| port.width);
+    let width = |role: PortRole| ports.iter().find(|port| port.role == role).map(|port| port.width);
     let widths = [
-        ("SAMPLES", Role::Samples),
-        ("LASERS", Role::Laser),
-        ("TDATA", Role::Data),
-        ("PEAK_STEP", Role::PeakStep),
-        ("PEAK_COUNT", Role::PeakCount),
+        ("SAMPLES", PortRole::Samples),
+        ("LASERS", PortRole::Laser),
+        ("TDATA", PortRole::Data),
+        ("PEAK_STEP", PortRole::PeakStep),
+        ("PEAK_COUNT", PortRole::PeakCount),
     ];
     let widths: Vec<String> = widths
         .into_iter()
         .filter_map(|(name, role)| Some(format!(".{name}({})", width(role)?)))
         .collect();
-    let optional = [Role::Saturated, Role::PeakStep, Role::PeakCount, Role::PeakValid];
+    let optional =
+        [PortRole::Saturated, PortRole::PeakStep, PortRole::PeakCount, PortRole::PeakValid];
     let lacking = optional.into_iter().filter(|role| width(*role).is_none());
     let own = ports.iter().map(|port| format!(".{0}({0})", port.name));
     let connected = own.chain(lacking.map(|role| format!(".{}(1'b0)", role.name())));
@@ -203,7 +204,7 @@ pub fn bind(emission: &Emission, prefix: &Prefix, scene: &SceneText) -> Vec<Emit
     let rules = prefix.of("axis_rules");
     let has_registers = emission.ports.iter().any(|port| port.role.usage() == Use::Host);
     let defines = if has_registers { format!("`define {REGISTERS}\n") } else { String::new() };
-    let data = emission.ports.iter().find(|port| port.role == Role::Data);
+    let data = emission.ports.iter().find(|port| port.role == PortRole::Data);
     let settings: Vec<String> = scene
         .settings
         .iter()

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::measured::Build;
 use super::{Basis, Size};
-use crate::parts::cells::Cells;
+use crate::parts::cells::FpgaCells;
 use crate::sensor::cells::Gates;
 
 /// What decides the cells of an architecture's hardware.
@@ -75,10 +75,10 @@ impl Fit {
     }
 
     /// What a sensor takes.
-    pub fn cells<S: Terms>(&self, size: &S) -> Cells {
+    pub fn cells<S: Terms>(&self, size: &S) -> FpgaCells {
         let terms = DVector::from_vec(size.terms());
         let of = |cells_of_term: &DVector<f64>| cells_of_term.dot(&terms).max(0.0).round() as u64;
-        Cells { luts: of(&self.luts), flip_flops: of(&self.flip_flops) }
+        FpgaCells { luts: of(&self.luts), flip_flops: of(&self.flip_flops) }
     }
 
     /// How well it holds.
@@ -116,11 +116,11 @@ impl Fit {
 mod tests {
     use super::super::measured::builds;
     use super::*;
-    use crate::scene::Target;
+    use crate::scene::FpgaTarget;
 
     #[test]
     fn the_fit_holds_at_every_build_and_for_those_that_it_has_not_seen() {
-        for target in [Target::Ecp525k6, Target::Ice40Hx8k, Target::Xc7] {
+        for target in [FpgaTarget::Ecp525k6, FpgaTarget::Ice40Hx8k, FpgaTarget::Xc7] {
             let builds = builds(target);
             let Basis::Fitted { largest_relative_error, cross_validation_relative_error, .. } =
                 Fit::of(&builds).basis(&builds)

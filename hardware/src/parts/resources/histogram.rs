@@ -6,8 +6,8 @@ use std::ops::RangeInclusive;
 use super::fit::Terms;
 use super::measured::{Build, rows};
 use crate::code::Generator;
-use crate::parts::cells::Cells;
-use crate::scene::Target;
+use crate::parts::cells::FpgaCells;
+use crate::scene::FpgaTarget;
 use crate::sensor::Sensor;
 use crate::sensor::histogram::HistogramPlan;
 
@@ -70,7 +70,7 @@ impl HistogramSize {
     }
 
     /// Whether the code period is as long as those of builds that tell about it.
-    pub fn has_a_measured_length(&self, target: Target) -> bool {
+    pub fn has_a_measured_length(&self, target: FpgaTarget) -> bool {
         measured_rows(target).contains(&self.rows)
     }
 }
@@ -78,11 +78,11 @@ impl HistogramSize {
 /// Chips of the code periods that were measured, and need nothing beside their blocks: in longer
 /// ones of iCE40 a word is chosen among those of several blocks, shorter memories of 7-series
 /// Yosys makes of LUTs.
-fn measured_rows(target: Target) -> RangeInclusive<u64> {
+fn measured_rows(target: FpgaTarget) -> RangeInclusive<u64> {
     match target {
-        Target::Ecp525k6 => 31..=8191,
-        Target::Ice40Hx8k => 31..=2047,
-        Target::Xc7 => 511..=8191,
+        FpgaTarget::Ecp525k6 => 31..=8191,
+        FpgaTarget::Ice40Hx8k => 31..=2047,
+        FpgaTarget::Xc7 => 511..=8191,
     }
 }
 
@@ -158,25 +158,25 @@ fn read(name: &str) -> Option<HistogramSize> {
 }
 
 /// All builds for a target, with the blocks of memory of each.
-fn measured(target: Target) -> impl Iterator<Item = (Build<HistogramSize>, u64)> {
+fn measured(target: FpgaTarget) -> impl Iterator<Item = (Build<HistogramSize>, u64)> {
     let [luts, flip_flops, blocks] = match target {
-        Target::Ecp525k6 => [3, 4, 5],
-        Target::Ice40Hx8k => [6, 8, 9],
-        Target::Xc7 => [10, 12, 13],
+        FpgaTarget::Ecp525k6 => [3, 4, 5],
+        FpgaTarget::Ice40Hx8k => [6, 8, 9],
+        FpgaTarget::Xc7 => [10, 12, 13],
     };
     rows(COLUMNS).filter_map(move |cells| {
         let number = |column: usize| cells[column].parse().ok();
         let build = Build {
             name: cells[0],
             size: read(cells[0])?,
-            cells: Cells { luts: number(luts)?, flip_flops: number(flip_flops)? },
+            cells: FpgaCells { luts: number(luts)?, flip_flops: number(flip_flops)? },
         };
         Some((build, number(blocks)?))
     })
 }
 
 /// All builds for a target.
-pub(super) fn builds(target: Target) -> Vec<Build<HistogramSize>> {
+pub(super) fn builds(target: FpgaTarget) -> Vec<Build<HistogramSize>> {
     measured(target)
         .map(|(build, _)| build)
         .filter(|build| build.size.has_a_measured_length(target))
@@ -196,15 +196,15 @@ mod tests {
         let unread: Vec<&str> =
             rows(COLUMNS).map(|cells| cells[0]).filter(|name| read(name).is_none()).collect();
         assert!(unread.is_empty(), "{unread:?}");
-        assert!(builds(Target::Ecp525k6).len() >= 25);
+        assert!(builds(FpgaTarget::Ecp525k6).len() >= 25);
     }
 
     /// The blocks that Yosys takes, for which the plan has never seen Yosys.
     #[test]
     fn blocks_of_memory_are_those_of_the_synthesized_sensors() {
-        for target in [Target::Ecp525k6, Target::Ice40Hx8k, Target::Xc7] {
+        for target in [FpgaTarget::Ecp525k6, FpgaTarget::Ice40Hx8k, FpgaTarget::Xc7] {
             for (Build { name, size, .. }, blocks) in measured(target) {
-                if target == Target::Xc7 && !size.has_a_measured_length(target) {
+                if target == FpgaTarget::Xc7 && !size.has_a_measured_length(target) {
                     assert_eq!(blocks, 0, "{name}: of LUTs");
                     continue;
                 }
@@ -217,7 +217,7 @@ mod tests {
 
     #[test]
     fn the_fit_is_as_good_as_it_says() {
-        for target in [Target::Ecp525k6, Target::Ice40Hx8k, Target::Xc7] {
+        for target in [FpgaTarget::Ecp525k6, FpgaTarget::Ice40Hx8k, FpgaTarget::Xc7] {
             let builds = builds(target);
             let Basis::Fitted { largest_relative_error, cross_validation_relative_error, .. } =
                 Fit::of(&builds).basis(&builds)
@@ -245,7 +245,7 @@ mod tests {
 
     #[test]
     fn the_fit_holds_for_sensors_that_are_not_in_the_table() {
-        let targets = [Target::Ecp525k6, Target::Ice40Hx8k, Target::Xc7];
+        let targets = [FpgaTarget::Ecp525k6, FpgaTarget::Ice40Hx8k, FpgaTarget::Xc7];
         for (place, target) in targets.into_iter().enumerate() {
             let fit = Fit::of(&builds(target));
             for (name, found) in UNSEEN {

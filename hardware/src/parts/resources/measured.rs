@@ -1,8 +1,8 @@
 //! The builds of docs/resources.md, row by row.
 
 use super::{Size, longest_carry_chain};
-use crate::parts::cells::Cells;
-use crate::scene::{Combination, Target};
+use crate::parts::cells::FpgaCells;
+use crate::scene::{Combination, FpgaTarget};
 use crate::sensor;
 
 /// The tables that `scripts/synth` writes: the one place of these numbers.
@@ -15,7 +15,7 @@ const COLUMNS: usize = 15;
 pub(super) struct Build<S> {
     pub name: &'static str,
     pub size: S,
-    pub cells: Cells,
+    pub cells: FpgaCells,
 }
 
 /// What a row's name says of a sensor; the rest is as in the first row.
@@ -91,7 +91,7 @@ impl Options {
         Some(())
     }
 
-    fn size(&self, target: Target) -> Size {
+    fn size(&self, target: FpgaTarget) -> Size {
         let pairs = self.input_cells.edges() * (self.samples / 2).max(1);
         let most_hits = self.integration_chips * u64::from(pairs);
         let exact_bits = u64::BITS - most_hits.leading_zeros() + 1;
@@ -114,11 +114,11 @@ impl Options {
 }
 
 /// All builds for a target.
-pub(super) fn builds(target: Target) -> Vec<Build<Size>> {
+pub(super) fn builds(target: FpgaTarget) -> Vec<Build<Size>> {
     let columns = match target {
-        Target::Ecp525k6 => (3, 4),
-        Target::Ice40Hx8k => (7, 9),
-        Target::Xc7 => (12, 14),
+        FpgaTarget::Ecp525k6 => (3, 4),
+        FpgaTarget::Ice40Hx8k => (7, 9),
+        FpgaTarget::Xc7 => (12, 14),
     };
     rows(COLUMNS)
         .filter_map(|cells| {
@@ -127,7 +127,7 @@ pub(super) fn builds(target: Target) -> Vec<Build<Size>> {
             Some(Build {
                 name: cells[0],
                 size,
-                cells: Cells { luts: number(columns.0)?, flip_flops: number(columns.1)? },
+                cells: FpgaCells { luts: number(columns.0)?, flip_flops: number(columns.1)? },
             })
         })
         .collect()
@@ -157,12 +157,12 @@ mod tests {
         let others = ["receiver never", "the same", "registers"];
         let is_other = |name: &&&str| others.iter().any(|other| name.starts_with(other));
         assert_eq!(unread.iter().filter(|name| !is_other(name)).count(), 0, "{unread:?}");
-        assert!(builds(Target::Ecp525k6).len() >= 30);
+        assert!(builds(FpgaTarget::Ecp525k6).len() >= 30);
     }
 
     #[test]
     fn a_row_has_the_widths_that_its_name_says() {
-        for build in builds(Target::Ecp525k6) {
+        for build in builds(FpgaTarget::Ecp525k6) {
             let bits = |text: &str| build.name.contains(text);
             for (text, width) in [("20-bit", 20), ("32-bit", 32), ("46-bit", 46)] {
                 assert!(!bits(text) || build.size.exact_bits == width, "{build:?}");

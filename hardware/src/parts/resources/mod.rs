@@ -11,9 +11,9 @@ use self::fit::{Fit, Terms};
 use self::histogram::HistogramSize;
 use self::measured::Build;
 use super::Part;
-use super::cells::Cells;
+use super::cells::FpgaCells;
 use crate::code::Generator;
-use crate::scene::Target;
+use crate::scene::FpgaTarget;
 use crate::sensor::block_ram::block_ram;
 use crate::sensor::{self, Sensor};
 
@@ -26,7 +26,7 @@ pub struct Resources {
     pub lut: &'static str,
     /// The cells.
     #[serde(flatten)]
-    pub cells: Cells,
+    pub cells: FpgaCells,
     /// Block RAMs, in the blocks that the plan names: only histograms have memories.
     pub block_rams: u64,
     /// Where the numbers come from.
@@ -88,10 +88,10 @@ struct Size {
 }
 
 /// Bits that one carry chain holds at full clock, as the sensor's interface has it.
-fn longest_carry_chain(target: Target) -> u32 {
+fn longest_carry_chain(target: FpgaTarget) -> u32 {
     match target {
-        Target::Ecp525k6 | Target::Xc7 => 22,
-        Target::Ice40Hx8k => 20,
+        FpgaTarget::Ecp525k6 | FpgaTarget::Xc7 => 22,
+        FpgaTarget::Ice40Hx8k => 20,
     }
 }
 
@@ -151,14 +151,14 @@ pub fn resources(sensor: &Sensor) -> Option<Resources> {
     };
     Some(Resources {
         family: match target {
-            Target::Ecp525k6 => "ECP5-25k, speed 6 (synth_ecp5 -abc9)",
-            Target::Ice40Hx8k => "iCE40 HX8K (synth_ice40 -abc9 -device hx)",
-            Target::Xc7 => "7-series (synth_xilinx -family xc7 -flatten -abc9)",
+            FpgaTarget::Ecp525k6 => "ECP5-25k, speed 6 (synth_ecp5 -abc9)",
+            FpgaTarget::Ice40Hx8k => "iCE40 HX8K (synth_ice40 -abc9 -device hx)",
+            FpgaTarget::Xc7 => "7-series (synth_xilinx -family xc7 -flatten -abc9)",
         },
         lut: match target {
-            Target::Ecp525k6 => "LUT4, two for each CCU2C",
-            Target::Ice40Hx8k => "LUT4",
-            Target::Xc7 => "LUT, of any number of inputs",
+            FpgaTarget::Ecp525k6 => "LUT4, two for each CCU2C",
+            FpgaTarget::Ice40Hx8k => "LUT4",
+            FpgaTarget::Xc7 => "LUT, of any number of inputs",
         },
         cells,
         block_rams,
@@ -168,7 +168,7 @@ pub fn resources(sensor: &Sensor) -> Option<Resources> {
 
 /// Cells of the build that has this size, or fitted to all; `None` of a few builds, which
 /// any fit would meet.
-fn looked_up<S: Terms + PartialEq>(size: &S, builds: &[Build<S>]) -> Option<(Cells, Basis)> {
+fn looked_up<S: Terms + PartialEq>(size: &S, builds: &[Build<S>]) -> Option<(FpgaCells, Basis)> {
     if let Some(build) = builds.iter().find(|build| build.size == *size) {
         return Some((build.cells, Basis::Measured));
     }
@@ -182,7 +182,7 @@ fn looked_up<S: Terms + PartialEq>(size: &S, builds: &[Build<S>]) -> Option<(Cel
 /// What a part of the hardware that `sensor` leaves out would take, by the fit: one
 /// level of interleaving, two phase steps at once. `None` where that was not measured
 /// apart.
-pub fn saved_by(sensor: &Sensor, part: &Part) -> Option<Cells> {
+pub fn saved_by(sensor: &Sensor, part: &Part) -> Option<FpgaCells> {
     let size = Size::of(sensor)?;
     let mut with = size;
     match part.bare_name() {
@@ -195,7 +195,7 @@ pub fn saved_by(sensor: &Sensor, part: &Part) -> Option<Cells> {
     }
     let fit = Fit::of(&measured::builds(sensor.scene().hardware.target));
     let [without, with] = [size, with].map(|size| fit.cells(&size));
-    Some(Cells {
+    Some(FpgaCells {
         luts: with.luts.checked_sub(without.luts)?,
         flip_flops: with.flip_flops.checked_sub(without.flip_flops)?,
     })

@@ -7,7 +7,7 @@ use rand::{Rng, RngExt};
 use super::Adversarial;
 use super::hits::length;
 use crate::reference::host::Request;
-use crate::reference::planned::{Length, PlannedGroup, Receiver};
+use crate::reference::planned::{Length, PlannedGroup, ReceiverPlan};
 use crate::sensor::registers::{
     ADDRESS_BITS, CONTROL, PEAKS, RegisterPlan, STATUS, setting_address, state,
 };
@@ -24,7 +24,7 @@ const LONGEST_STALL: u64 = 1 << 13;
 impl Adversarial {
     /// A group by chance, with all that may happen.
     pub(super) fn by_chance(&mut self) -> PlannedGroup {
-        let mut plan = PlannedGroup::random().received(Receiver::Random);
+        let mut plan = PlannedGroup::random().received(ReceiverPlan::Random);
         let longest = 2 * u64::from(self.interface.result_latency_clocks) + 8;
         if self.aims.groups_without_reset > 0 {
             self.aims.groups_without_reset -= 1;
@@ -38,12 +38,12 @@ impl Adversarial {
         if self.rng.random_bool(0.02) {
             plan.length = Length::AtLeast(4096);
             if self.rng.random_bool(0.5) {
-                plan.receiver = Receiver::Stalls;
+                plan.receiver = ReceiverPlan::Stalls;
             }
         }
         if self.rng.random_bool(0.002) {
             let clocks = length(&mut self.rng, LONGEST_STALL);
-            plan.receiver = Receiver::StopsAt { beat: 0, clocks };
+            plan.receiver = ReceiverPlan::StopsAt { beat: 0, clocks };
         }
         if let Some(registers) = &self.interface.registers
             && self.rng.random_bool(0.3)

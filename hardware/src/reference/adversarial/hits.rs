@@ -7,7 +7,7 @@ use rand::{Rng, RngExt};
 
 use crate::photons::Pulse;
 use crate::reference::planned::Hits;
-use crate::reference::predictor::{GroupSigns, Reference};
+use crate::reference::predictor::{GroupSigns, ReferenceModel};
 use crate::scan::{Sample, Sampling};
 
 /// Most chips of a group that hits with an aim are looked for in.
@@ -62,8 +62,8 @@ impl Pattern {
 }
 
 /// Samples of some words of a group, as seen by the correlators.
-pub(super) struct Words<'a> {
-    reference: &'a Reference,
+pub(super) struct GroupWords<'a> {
+    reference: &'a ReferenceModel,
     signs: GroupSigns<'a>,
     sampling: Sampling,
     /// Clock of the group's first word.
@@ -72,16 +72,16 @@ pub(super) struct Words<'a> {
     chips: Range<u64>,
 }
 
-impl<'a> Words<'a> {
+impl<'a> GroupWords<'a> {
     /// Of one detector: `chips` are counted from the group's first word, at clock `origin`.
     pub fn new(
-        reference: &'a Reference,
+        reference: &'a ReferenceModel,
         detector: DetectorIndex,
         origin: u64,
         chips: Range<u64>,
     ) -> Self {
         let sampling = reference.interface().timing.sampling();
-        Words {
+        GroupWords {
             reference,
             signs: reference.group_signs(detector, sampling.first_sample(origin)),
             sampling,
@@ -298,11 +298,11 @@ impl Hits {
     }
 
     /// Chips that they need of a group of `chips`.
-    pub fn chips(self, reference: &Reference, origin: u64, chips: u64) -> u64 {
+    pub fn chips(self, reference: &ReferenceModel, origin: u64, chips: u64) -> u64 {
         let Some(detector) = self.detector() else {
             return 0;
         };
-        let words = Words::new(reference, detector, origin, 0..chips.min(MOST_CHIPS));
+        let words = GroupWords::new(reference, detector, origin, 0..chips.min(MOST_CHIPS));
         let mut pulses = Vec::new();
         match words.aimed(self, &mut pulses) {
             Some(()) => {

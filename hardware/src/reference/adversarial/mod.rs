@@ -21,15 +21,15 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use self::cells::{share, spread};
-use self::hits::{Pattern, Words};
+use self::hits::{GroupWords, Pattern};
 pub use self::means::Means;
 use super::coverage::{CoverPoint, registers};
 use super::group_maker::GroupMaker;
 use super::host::Host;
 use super::host_ports::HostInputs;
 use super::levels::Levels;
-use super::planned::{Hits, Lead, Length, PlannedGroup, Reach, Receiver};
-use super::predictor::{Position, Reference, ReferenceError, Skip, Surroundings};
+use super::planned::{Hits, Lead, Length, PlannedGroup, ReceiverPlan, Shortening};
+use super::predictor::{ReferenceError, ReferenceModel, ScanPosition, Skip, Surroundings};
 use super::stimulus::{Drive, RESET_CLOCKS, Stimulus};
 use crate::photons::Pulse;
 use crate::scan::{Group, Sample};
@@ -61,9 +61,9 @@ pub struct Adversarial {
     rng: Xoshiro256PlusPlus,
     interface: Interface,
     means: Means,
-    reach: Reach,
+    reach: Shortening,
     /// Its own reference model, predicted as far as is decided.
-    scout: Reference,
+    scout: ReferenceModel,
     levels: Levels,
     /// Resets, stalls and skips that have been decided, in order.
     resets: VecDeque<Range<u64>>,
@@ -117,7 +117,7 @@ impl Adversarial {
     /// start of a longer one.
     ///
     /// # Panics
-    /// When the interface cannot be predicted; see [`Reference::new`].
+    /// When the interface cannot be predicted; see [`ReferenceModel::new`].
     pub fn new(interface: &Interface, seed: u64) -> Adversarial {
         Adversarial::with_means(interface, seed, Means::cosim(false))
             .expect("an interface that is co-simulated can be predicted")
@@ -132,13 +132,13 @@ impl Adversarial {
         seed: u64,
         means: Means,
     ) -> Result<Adversarial, ReferenceError> {
-        let scout = Reference::new(interface.clone())?;
+        let scout = ReferenceModel::new(interface.clone())?;
         let points = scout.cover_table().points().len();
         let mut adversary = Adversarial {
             rng: Xoshiro256PlusPlus::seed_from_u64(seed),
             interface: interface.clone(),
             means,
-            reach: Reach::of(interface, means.skips, means.most_clocks_of_recipe),
+            reach: Shortening::of(interface, means.skips, means.most_clocks_of_recipe),
             scout,
             levels: Levels::of(interface),
             resets: VecDeque::new(),
@@ -196,7 +196,7 @@ impl Adversarial {
 
     /// Why a cover point is too far away for these means, if it is.
     pub fn hindrance(interface: &Interface, means: Means, point: CoverPoint) -> Option<String> {
-        let reach = Reach::of(interface, means.skips, means.most_clocks_of_recipe);
+        let reach = Shortening::of(interface, means.skips, means.most_clocks_of_recipe);
         recipe(interface, &reach, point).err()
     }
 
@@ -212,7 +212,7 @@ impl Adversarial {
             // A conversation is held to its end. So is it before a group that the next plan's reset
             // cuts short, which would else go on without one.
             self.plans.push_front(plan);
-            plan = PlannedGroup::random().received(Receiver::Random);
+            plan = PlannedGroup::random().received(ReceiverPlan::Random);
         }
         if let Some(host) = &mut self.host {
             host.ask(std::mem::take(&mut plan.asks));
@@ -255,7 +255,7 @@ impl Adversarial {
             self.decide_receiver(plan.receiver, self.decided, arrives);
             let lead = plan.lead;
             let length = Length::Exactly(chips);
-            self.plans.push_front(plan.long(length).received(Receiver::Takes));
+            self.plans.push_front(plan.long(length).received(ReceiverPlan::Takes));
             self.decide_lead(position.first_word(), lead);
             return;
         }
@@ -268,15 +268,15 @@ impl Adversarial {
             return plan;
         }
         if self.host.as_ref().is_some_and(|host| !host.is_idle()) {
-            return PlannedGroup::random().received(Receiver::Random);
+            return PlannedGroup::random().received(ReceiverPlan::Random);
         }
         let is_calm = self.aims.calm_groups < CALM_GROUPS || self.decided < self.means.calm_clocks;
         if is_calm {
             self.aims.calm_groups += 1;
             let receiver = if self.aims.calm_groups <= CALM_GROUPS {
-                Receiver::Takes
+                ReceiverPlan::Takes
             } else {
-                Receiver::Random
+                ReceiverPlan::Random
             };
             return PlannedGroup::random().long(Length::Whole).received(receiver);
         }
@@ -321,7 +321,7 @@ impl Adversarial {
 
     /// Begins a group: its length, what is left out, and what the receiver does until
     /// its results arrive.
-    fn start_group(&mut self, plan: PlannedGroup, position: Position) {
+    fn start_group(&mut self, plan: PlannedGroup, position: ScanPosition) {
         let whole = self.scout.interface().timing.scan.integration_chips;
         let origin = position.first_word();
         let chips = self.chips_of(&plan, origin);
@@ -395,7 +395,7 @@ impl Adversarial {
         let (lanes, parallel) =
             (u64::from(self.interface.lanes()), u64::from(self.interface.parallel()));
         for (detector, pulses) in DetectorIndex::all().zip(pulses.iter_mut()) {
-            let words = Words::new(&self.scout, detector, group.origin, chips.clone());
+            let words = GroupWords::new(&self.scout, detector, group.origin, chips.clone());
             match group.plan.hits {
                 Hits::Random => {
                     let pattern = Pattern::random(&mut self.rng, lanes, parallel);
@@ -430,7 +430,8 @@ impl Adversarial {
             let end = (self.decided + MOST_CLOCKS_AT_ONCE).min(until);
             let mut pulses = vec![Vec::new(); self.interface.reference_codes.len()];
             for (detector, pulses) in DetectorIndex::all().zip(pulses.iter_mut()) {
-                let words = Words::new(&self.scout, detector, self.decided, 0..end - self.decided);
+                let words =
+                    GroupWords::new(&self.scout, detector, self.decided, 0..end - self.decided);
                 match lead {
                     Lead::Random => {
                         let pattern = Pattern::random(&mut self.rng, lanes, parallel);
@@ -537,7 +538,7 @@ fn within<'a>(
 /// ended.
 fn recipe(
     interface: &Interface,
-    reach: &Reach,
+    reach: &Shortening,
     point: CoverPoint,
 ) -> Result<Vec<PlannedGroup>, String> {
     let detector = point.detector.unwrap_or(DetectorIndex(0));

@@ -5,7 +5,7 @@ use rand::{Rng, RngExt};
 
 use super::Means;
 use super::hits::length;
-use crate::reference::planned::{Hits, Length, PlannedGroup, Reach};
+use crate::reference::planned::{Hits, Length, PlannedGroup, Shortening};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Correlator, Interface};
 
@@ -17,7 +17,7 @@ const GROUPS_OF_ANY_LENGTH: usize = 64;
 /// All of it, in order.
 pub(super) fn plans(
     interface: &Interface,
-    reach: &Reach,
+    reach: &Shortening,
     means: &Means,
     rng: &mut impl Rng,
 ) -> Vec<PlannedGroup> {
@@ -34,7 +34,7 @@ pub(super) fn plans(
 
 /// Groups up to a scan's end, and behind it: as many as the step counter has bits, and
 /// more, so that each of them has to be right.
-fn scan_end(interface: &Interface, reach: &Reach) -> Vec<PlannedGroup> {
+fn scan_end(interface: &Interface, reach: &Shortening) -> Vec<PlannedGroup> {
     let groups = u64::from(interface.groups().ilog2()) + 6;
     if !reach.leaves_out || interface.groups() < 2 * groups {
         return Vec::new();
@@ -144,7 +144,7 @@ fn all_over(
 fn close_peaks(
     interface: &Interface,
     correlator: &Correlator,
-    reach: &Reach,
+    reach: &Shortening,
     most_clocks: u64,
 ) -> Vec<PlannedGroup> {
     if correlator.peak.is_none() || !reach.leaves_out {

@@ -6,12 +6,12 @@ use rand::RngExt;
 
 use super::Adversarial;
 use super::hits::length;
-use crate::reference::planned::{LONGEST_HOLD, Receiver};
+use crate::reference::planned::{LONGEST_HOLD, ReceiverPlan};
 use crate::sensor::histogram::CLOCKS_TO_ROW;
 
 impl Adversarial {
     /// What the receiver does from the arrival of the last results to that of the next.
-    pub(super) fn decide_receiver(&mut self, receiver: Receiver, origin: u64, next: u64) {
+    pub(super) fn decide_receiver(&mut self, receiver: ReceiverPlan, origin: u64, next: u64) {
         let Some((arrived, beats)) = self.arrival else {
             return;
         };
@@ -26,33 +26,33 @@ impl Adversarial {
         };
         let sends_at_once = histogram.is_some_and(|plan| !plan.takes_turns());
         match receiver {
-            Receiver::Takes => self.stall_idly(from + beats + 1..next.saturating_sub(1)),
+            ReceiverPlan::Takes => self.stall_idly(from + beats + 1..next.saturating_sub(1)),
             // Until a reset that follows has begun.
-            Receiver::Stalls => self.stall(from..next + 8),
-            Receiver::Holds { beat } => {
+            ReceiverPlan::Stalls => self.stall(from..next + 8),
+            ReceiverPlan::Holds { beat } => {
                 self.hold(from + beat.min(beats - 1));
             }
-            Receiver::HoldsEach { beat } => {
+            ReceiverPlan::HoldsEach { beat } => {
                 let mut at = self.hold(from + beat.min(beats - 1)) + 1;
                 for _ in beat + 1..beats {
                     self.stall(at..at + 1);
                     at += 2;
                 }
             }
-            Receiver::StopsAt { beat, clocks } => self.stall(from + beat..next + clocks),
-            Receiver::HoldsAcross { beat } => {
+            ReceiverPlan::StopsAt { beat, clocks } => self.stall(from + beat..next + clocks),
+            ReceiverPlan::HoldsAcross { beat } => {
                 let beat = beat.min(beats - 1);
                 let more = length(&mut self.rng, 8);
                 self.stall(from + beat..next + 1 + more);
             }
             // Rows that leave one a clock do not wait for each other.
-            Receiver::TakesLastAfter { clocks } if sends_at_once => {
+            ReceiverPlan::TakesLastAfter { clocks } if sends_at_once => {
                 self.stall(from + beats - 1..next + clocks);
             }
-            Receiver::TakesLastAfter { clocks } => {
+            ReceiverPlan::TakesLastAfter { clocks } => {
                 self.stall(from..(next + clocks + 1).saturating_sub(beats));
             }
-            Receiver::Random => self.stall_by_chance(from..next),
+            ReceiverPlan::Random => self.stall_by_chance(from..next),
         }
     }
 

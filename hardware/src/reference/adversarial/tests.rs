@@ -84,7 +84,7 @@ fn results(file: &str, seed: u64) -> Vec<StepResult> {
     let layout = Layout::of(&interface);
     let mut adversary = Adversarial::with_means(&interface, seed, Means::cosim(true)).unwrap();
     let clocks = adversary.clone().clocks_to_cover(LONGEST_DEFAULT);
-    let mut reference = Reference::new(interface).unwrap();
+    let mut reference = ReferenceModel::new(interface).unwrap();
     let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
     let (mut block, mut results) = (Block::default(), Vec::new());
     while maker.make(&mut block) {

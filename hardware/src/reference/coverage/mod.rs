@@ -29,7 +29,7 @@ pub use self::carries::CarryPoint;
 pub use self::cells::CellPoint;
 pub use self::hits::HitPoint;
 pub use self::peaks::PeakPoint;
-pub use self::registers::{First, RegisterKind, RegisterPoint, Start, TrackPoint};
+pub use self::registers::{First, RegisterKind, RegisterPoint, ScanStart, TrackPoint};
 pub use self::resets::{ResetPoint, ResetState};
 pub(super) use self::running::{CountedHit, Running};
 pub use self::saturation::SaturationPoint;

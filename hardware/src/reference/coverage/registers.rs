@@ -4,7 +4,7 @@ use super::{Hindered, PointFamily};
 use crate::code::is_maximal;
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::host::Request;
-use crate::reference::planned::{PlannedGroup, Receiver};
+use crate::reference::planned::{PlannedGroup, ReceiverPlan};
 use crate::sensor::interface::Interface;
 use crate::sensor::registers::{
     CONTROL, IDENTITY_WORDS, PEAKS, RegisterPlan, SCAN_WORDS, STATUS, Seed, setting_address, state,
@@ -34,7 +34,7 @@ pub enum RegisterPoint {
     /// A result of a scan that began otherwise than behind another.
     Began {
         /// How.
-        how: Start,
+        how: ScanStart,
     },
     /// An answered write.
     Written {
@@ -128,7 +128,7 @@ impl TrackPoint {
 
 /// How a scan began.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Start {
+pub enum ScanStart {
     /// Scans had been stopped.
     AfterStop,
     /// It was the only one that was asked for.
@@ -222,14 +222,14 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
     (0..3).filter(|&setting| refuses(setting)).for_each(|setting| {
         add(RegisterPoint::Refused { setting });
     });
-    for how in [Start::AfterStop, Start::Single, Start::Changed] {
+    for how in [ScanStart::AfterStop, ScanStart::Single, ScanStart::Changed] {
         add(RegisterPoint::Began { how });
     }
     if chips_to_an_epoch(plan) >> plan.chips_bits == 0 {
-        add(RegisterPoint::Began { how: Start::EndsAtEpoch });
+        add(RegisterPoint::Began { how: ScanStart::EndsAtEpoch });
     }
     if plan.whole_groups.is_some_and(|groups| groups >> plan.groups_bits == 0) {
-        for how in [Start::GoesOn, Start::ChangedWhole, Start::AfterStopWhole] {
+        for how in [ScanStart::GoesOn, ScanStart::ChangedWhole, ScanStart::AfterStopWhole] {
             add(RegisterPoint::Began { how });
         }
     }
@@ -278,19 +278,19 @@ impl PointFamily for RegisterPoint {
                 format!("settings that are refused for {}", setting_text(setting))
             }
             RegisterPoint::Began { how } => match how {
-                Start::AfterStop => "a scan after scans had been stopped".to_owned(),
-                Start::AfterStopWhole => {
+                ScanStart::AfterStop => "a scan after scans had been stopped".to_owned(),
+                ScanStart::AfterStopWhole => {
                     "a scan after a stop behind one over the whole code period".to_owned()
                 }
-                Start::Single => "a single scan".to_owned(),
-                Start::Changed => "a scan that begins anew for written settings".to_owned(),
-                Start::GoesOn => {
+                ScanStart::Single => "a single scan".to_owned(),
+                ScanStart::Changed => "a scan that begins anew for written settings".to_owned(),
+                ScanStart::GoesOn => {
                     "a scan over the whole code period that goes on where the last ended".to_owned()
                 }
-                Start::ChangedWhole => {
+                ScanStart::ChangedWhole => {
                     "a scan that begins anew behind one over the whole code period".to_owned()
                 }
-                Start::EndsAtEpoch => {
+                ScanStart::EndsAtEpoch => {
                     "a scan behind one that ended just before a code period".to_owned()
                 }
             },
@@ -331,7 +331,7 @@ impl PointFamily for RegisterPoint {
         let is_whole = matches!(
             self,
             RegisterPoint::Began {
-                how: Start::GoesOn | Start::ChangedWhole | Start::AfterStopWhole
+                how: ScanStart::GoesOn | ScanStart::ChangedWhole | ScanStart::AfterStopWhole
             }
         );
         let (talk, clocks) = match is_whole {
@@ -346,9 +346,9 @@ impl PointFamily for RegisterPoint {
             return Err(format!("it takes {clocks} clocks"));
         }
         let mut groups = vec![maker.fresh().asks(short_scans(plan))];
-        let talks = PlannedGroup::random().after_reset(3, 4).received(Receiver::Stalls);
+        let talks = PlannedGroup::random().after_reset(3, 4).received(ReceiverPlan::Stalls);
         groups.push(talks.asks(talk));
-        groups.push(PlannedGroup::random().received(Receiver::Stalls));
+        groups.push(PlannedGroup::random().received(ReceiverPlan::Stalls));
         groups.push(PlannedGroup::random().asks(as_in_the_scene(maker.interface, plan)));
         groups.push(PlannedGroup::random());
         Ok(groups)

@@ -3,7 +3,7 @@
 use super::stream::rows_at_borders;
 use super::{Hindered, PointFamily};
 use crate::reference::group_maker::GroupMaker;
-use crate::reference::planned::{Hits, Length, PlannedGroup, Receiver};
+use crate::reference::planned::{Hits, Length, PlannedGroup, ReceiverPlan};
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Counting, Interface};
 
@@ -161,13 +161,13 @@ fn in_state(maker: &GroupMaker, state: ResetState) -> Result<Vec<PlannedGroup>, 
         ResetState::TwoClocks => vec![dense(maker), plain().after_reset(1, 2)],
         ResetState::Hit => vec![dense(maker), plain().after_reset(0, 1)],
         ResetState::Waiting | ResetState::Overrun => {
-            vec![dense(maker), plain().received(Receiver::Stalls), behind_results]
+            vec![dense(maker), plain().received(ReceiverPlan::Stalls), behind_results]
         }
         ResetState::Stalled => {
             // Until the result of the group behind the reset stands.
             let shortest = maker.reach.shortest;
             let clocks = 2 * latency + shortest + 16 + maker.interface.lead_clocks();
-            let stalls = Receiver::StopsAt { beat: 0, clocks };
+            let stalls = ReceiverPlan::StopsAt { beat: 0, clocks };
             let after = behind_results.long(Length::Exactly(shortest));
             vec![dense(maker), plain().received(stalls), after]
         }

@@ -3,7 +3,7 @@
 use super::scans::{GroupPosition, places};
 use super::{Hindered, PointFamily, steps};
 use crate::reference::group_maker::GroupMaker;
-use crate::reference::planned::{PlannedGroup, Receiver};
+use crate::reference::planned::{PlannedGroup, ReceiverPlan};
 use crate::sensor::histogram::{CLOCKS_TO_ROW, HistogramPlan};
 use crate::sensor::interface::Interface;
 
@@ -183,14 +183,16 @@ impl PointFamily for StreamPoint {
     fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
         let plain = PlannedGroup::random;
         let histogram = maker.interface.histogram();
-        let just_in_time = Receiver::TakesLastAfter { clocks: 0 };
+        let just_in_time = ReceiverPlan::TakesLastAfter { clocks: 0 };
         let receiver = match (*self, histogram) {
             // On the way the rows behind it are held, too, or every other one.
-            (StreamPoint::Held { beat }, Some(_)) => Receiver::HoldsEach { beat: beat as u64 },
-            (StreamPoint::Held { beat }, None) => Receiver::Holds { beat: beat as u64 },
-            (StreamPoint::HeldAcross { beat }, _) => Receiver::HoldsAcross { beat: beat as u64 },
+            (StreamPoint::Held { beat }, Some(_)) => ReceiverPlan::HoldsEach { beat: beat as u64 },
+            (StreamPoint::Held { beat }, None) => ReceiverPlan::Holds { beat: beat as u64 },
+            (StreamPoint::HeldAcross { beat }, _) => {
+                ReceiverPlan::HoldsAcross { beat: beat as u64 }
+            }
             (StreamPoint::AfterLost, _) => {
-                let lost = plain().received(Receiver::HoldsAcross { beat: 0 });
+                let lost = plain().received(ReceiverPlan::HoldsAcross { beat: 0 });
                 return Ok(vec![maker.fresh(), lost, plain()]);
             }
             (StreamPoint::BackToBack, _) => just_in_time,
@@ -204,44 +206,44 @@ impl PointFamily for StreamPoint {
                 return Ok(plans);
             }
             (StreamPoint::BackToBackAfterLost, _) => {
-                let lost = plain().received(Receiver::HoldsAcross { beat: 0 });
+                let lost = plain().received(ReceiverPlan::HoldsAcross { beat: 0 });
                 return Ok(vec![maker.fresh(), lost, plain(), plain().received(just_in_time)]);
             }
-            (StreamPoint::TooLate, _) => Receiver::TakesLastAfter { clocks: 1 },
+            (StreamPoint::TooLate, _) => ReceiverPlan::TakesLastAfter { clocks: 1 },
             (StreamPoint::LostAgain, _) => {
                 let clocks = 2 * maker.reach.shortest + 8;
-                let stops = plain().received(Receiver::StopsAt { beat: 0, clocks });
+                let stops = plain().received(ReceiverPlan::StopsAt { beat: 0, clocks });
                 return Ok(vec![maker.fresh(), stops, plain(), plain()]);
             }
             (StreamPoint::LastAfterOverrun, _) => {
-                let lost = plain().received(Receiver::HoldsAcross { beat: 0 });
+                let lost = plain().received(ReceiverPlan::HoldsAcross { beat: 0 });
                 let mut plans = maker.scan(maker.fresh(), lost)?;
                 plans.extend(maker.scan(plain(), plain())?);
                 return Ok(plans);
             }
             (StreamPoint::LostAsTaken, _) => {
-                Receiver::TakesLastAfter { clocks: maker.beats().div_ceil(2) }
+                ReceiverPlan::TakesLastAfter { clocks: maker.beats().div_ceil(2) }
             }
             (
                 StreamPoint::LastHeldAcross | StreamPoint::Lost { place: GroupPosition::First },
                 _,
             ) => {
                 let mut plans = maker.scan(maker.fresh(), plain())?;
-                plans.push(plain().received(Receiver::HoldsAcross { beat: maker.beats() }));
+                plans.push(plain().received(ReceiverPlan::HoldsAcross { beat: maker.beats() }));
                 return Ok(plans);
             }
             (StreamPoint::Lost { place: GroupPosition::Last }, _)
                 if maker.interface.groups() > 1 =>
             {
-                let last = plain().received(Receiver::HoldsAcross { beat: 0 });
+                let last = plain().received(ReceiverPlan::HoldsAcross { beat: 0 });
                 return maker.scan(maker.fresh(), last);
             }
-            (StreamPoint::Lost { .. }, _) => Receiver::HoldsAcross { beat: 0 },
+            (StreamPoint::Lost { .. }, _) => ReceiverPlan::HoldsAcross { beat: 0 },
             (StreamPoint::FirstLost { beat }, Some(plan)) => {
                 let rows = rows_that_may_be_lost(maker.interface, plan);
                 return Ok(maker.row_by_row(rows, beat, |row| first_loss(maker, plan, row)));
             }
-            (StreamPoint::Burst | StreamPoint::FirstLost { .. }, _) => Receiver::Takes,
+            (StreamPoint::Burst | StreamPoint::FirstLost { .. }, _) => ReceiverPlan::Takes,
         };
         Ok(vec![maker.fresh(), plain().received(receiver)])
     }
@@ -261,13 +263,13 @@ fn first_loss(maker: &GroupMaker, plan: &HistogramPlan, row: u64) -> Vec<Planned
     };
     let (mut plans, age) = match before {
         Some(beat) => {
-            let holds = Receiver::StopsAt { beat, clocks: latency + 2 };
+            let holds = ReceiverPlan::StopsAt { beat, clocks: latency + 2 };
             let (cut, age) = maker.cut_at(latency + 2);
             (vec![plain().received(holds), cut], age)
         }
         None => {
             let (cut, age) = maker.cut_at(latency + row + 2);
-            let holds = Receiver::StopsAt { beat: row - 1, clocks: age + 2 };
+            let holds = ReceiverPlan::StopsAt { beat: row - 1, clocks: age + 2 };
             (vec![cut.received(holds)], age)
         }
     };

@@ -8,8 +8,8 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
-use self::rows::{Reader, Reading};
-use super::axis::{Axis, AxisState};
+use self::rows::{FrameReading, Reader};
+use super::axis::{AxiStream, AxisState};
 use super::bin_points::{BinPoints, Proofs};
 use super::canvas::Canvas;
 use super::coverage::CoverTable;
@@ -81,13 +81,13 @@ impl HistogramModel {
     }
 
     /// What the ports show.
-    pub(super) fn state(axis: &Axis) -> PortState {
+    pub(super) fn state(axis: &AxiStream) -> PortState {
         PortState { row: axis.now.is_valid.then_some(axis.now.group.beat), ..axis.state() }
     }
 
     /// Reset. What the memories hold stays and is of no consequence, so it is followed no
     /// further.
-    pub(super) fn reset(&mut self, axis: &mut Axis) {
+    pub(super) fn reset(&mut self, axis: &mut AxiStream) {
         self.bins.iter_mut().for_each(|bins| bins.fill(0));
         self.proves.take();
         self.was_clamped = false;
@@ -106,7 +106,7 @@ impl HistogramModel {
         clocks: Range<u64>,
         stalls: &[Range<u64>],
         expected: &mut impl Canvas,
-        axis: &mut Axis,
+        axis: &mut AxiStream,
     ) {
         // Detectors have told theirs one after the other.
         self.flags.make_contiguous().sort_by_key(|flag| flag.0);
@@ -131,7 +131,7 @@ impl HistogramModel {
                 self.raise_flag(event, axis);
             }
             if shows == event
-                && let Some(Reading { rows, proves, .. }) = self.reader.reading.take()
+                && let Some(FrameReading { rows, proves, .. }) = self.reader.reading.take()
             {
                 axis.send(rows, true, proves, event);
             } else if taken == event {

@@ -3,15 +3,15 @@
 use std::collections::VecDeque;
 
 use super::{Ended, HistogramModel};
-use crate::reference::axis::{Axis, Beat};
+use crate::reference::axis::{AxiStream, Beat};
 use crate::reference::coverage::{BinPoint, CoverPoint, GroupPosition, StreamPoint};
-use crate::reference::exercise::Counted;
+use crate::reference::exercise::CountedHits;
 use crate::scene::DetectorIndex;
 use crate::sensor::histogram::CLOCKS_TO_ROW;
 
 /// A row that leaves a single memory.
 #[derive(Debug, Clone)]
-pub(super) struct Arrival {
+pub(super) struct RowArrival {
     /// Clock after whose rising edge it shows, if nothing waits.
     pub(super) clock: u64,
     pub(super) row: Beat,
@@ -24,7 +24,7 @@ pub(super) struct Arrival {
 
 /// A frame that is read out of the memory which does not count.
 #[derive(Debug, Clone)]
-pub(super) struct Reading {
+pub(super) struct FrameReading {
     /// Clock after whose rising edge its first row shows.
     pub(super) clock: u64,
     pub(super) rows: VecDeque<Beat>,
@@ -35,9 +35,9 @@ pub(super) struct Reading {
 /// What is on its way to the stream.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Reader {
-    pub(super) reading: Option<Reading>,
+    pub(super) reading: Option<FrameReading>,
     /// Rows that leave a single memory, one a clock.
-    pub(super) arrivals: VecDeque<Arrival>,
+    pub(super) arrivals: VecDeque<RowArrival>,
     /// The frame before was lost, or one of its rows.
     follows_lost: bool,
     /// The same of the frame before the one that shows, of a single memory.
@@ -46,7 +46,7 @@ pub(super) struct Reader {
 
 impl HistogramModel {
     /// A bin was full; the flag rises at `clock`, if it has not.
-    pub(super) fn raise_flag(&mut self, clock: u64, axis: &mut Axis) {
+    pub(super) fn raise_flag(&mut self, clock: u64, axis: &mut AxiStream) {
         let mut alone = None;
         let mut count = 0;
         while let Some((_, detector, adder)) = self.flags.pop_front_if(|flag| flag.0 == clock) {
@@ -60,8 +60,8 @@ impl HistogramModel {
     }
 
     /// A row leaves the single memory: it shows, or is lost if another still waits.
-    pub(super) fn come(&mut self, arrival: Arrival, took: bool, axis: &mut Axis) {
-        let Arrival { clock, row, beat, is_last, proves } = arrival;
+    pub(super) fn come(&mut self, arrival: RowArrival, took: bool, axis: &mut AxiStream) {
+        let RowArrival { clock, row, beat, is_last, proves } = arrival;
         if beat == 0 {
             axis.now.group.is_cut = false;
             self.reader.is_after_lost = std::mem::take(&mut self.reader.follows_lost);
@@ -101,7 +101,7 @@ impl HistogramModel {
 
     /// A frame's turn: it is read if nothing of the one before is left, or lost. Out of a
     /// single memory its rows leave in any case.
-    pub(super) fn turn(&mut self, mut ended: Ended, clock: u64, took: bool, axis: &mut Axis) {
+    pub(super) fn turn(&mut self, mut ended: Ended, clock: u64, took: bool, axis: &mut AxiStream) {
         let is_busy = axis.now.is_valid || self.reader.reading.is_some();
         self.find_emptied(&mut ended);
         self.find_tops(&mut ended);
@@ -133,7 +133,7 @@ impl HistogramModel {
             proves.extend(self.table.number(StreamPoint::AfterLost));
         }
         let clock = clock + u64::from(CLOCKS_TO_ROW);
-        self.reader.reading = Some(Reading { clock, rows: self.rows(&ended.bins), proves });
+        self.reader.reading = Some(FrameReading { clock, rows: self.rows(&ended.bins), proves });
     }
 
     /// The rows of a frame leave, one a clock.
@@ -141,7 +141,7 @@ impl HistogramModel {
         let rows = self.rows(&ended.bins);
         let (last, mut proves) = (rows.len() - 1, ended.proves);
         let first_clock = clock + u64::from(CLOCKS_TO_ROW);
-        let arrivals = rows.into_iter().enumerate().map(|(beat, row)| Arrival {
+        let arrivals = rows.into_iter().enumerate().map(|(beat, row)| RowArrival {
             clock: first_clock + beat as u64,
             row,
             beat,
@@ -167,7 +167,7 @@ impl HistogramModel {
                 0 => -total.cast_signed(),
                 _ => total.cast_signed(),
             };
-            Beat { data, counted: Counted::new(detector, sum, total) }
+            Beat { data, counted: CountedHits::new(detector, sum, total) }
         };
         let detectors = DetectorIndex::all().zip(bins.iter().zip(&self.chips));
         detectors

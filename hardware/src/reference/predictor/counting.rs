@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Reference, Surroundings};
+use super::{ReferenceModel, Surroundings};
 use crate::reference::coverage::CountedHit;
 use crate::scan::{Group, Sample, Sampling};
 use crate::scene::DetectorIndex;
@@ -57,7 +57,7 @@ impl SampleSigns<'_> {
     }
 }
 
-impl Reference {
+impl ReferenceModel {
     /// How the present group's correlators of a detector count, if its first sample is
     /// `origin`.
     pub fn group_signs(&self, detector: DetectorIndex, origin: Sample) -> GroupSigns<'_> {

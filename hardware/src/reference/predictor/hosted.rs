@@ -3,17 +3,17 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::{Reference, ScanState, Surroundings};
+use super::{ReferenceModel, ScanState, Surroundings};
 use crate::reference::canvas::Canvas;
 use crate::reference::coverage::registers::taken;
-use crate::reference::coverage::{RegisterPoint, Start};
+use crate::reference::coverage::{RegisterPoint, ScanStart};
 use crate::reference::host_ports::HostOutputs;
 use crate::reference::pattern::chip_patterns;
-use crate::reference::registers::{Registers, Sequence, Told};
+use crate::reference::registers::{RegisterModel, ScanEvent, Sequence};
 use crate::scan::{CHIPS_TO_PREPARATION, Group, Sample};
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 use crate::sensor::registers::{CHIPS_AHEAD, Settings};
 
 use super::hosted_track::HostedTrack;
@@ -24,7 +24,7 @@ pub(super) const NEVER: u64 = u64::MAX / 4;
 /// The registers, and where the scans stand that they ask for.
 #[derive(Debug, Clone)]
 pub(super) struct Hosted {
-    registers: Registers,
+    registers: RegisterModel,
     /// As the scene has it; scans have its settings changed.
     base: Interface,
     /// Places of lasers and epoch.
@@ -37,7 +37,7 @@ pub(super) struct Hosted {
     /// Whether the present scan has ended.
     has_ended: bool,
     /// How the next scan begins, if not behind another.
-    start: Option<Start>,
+    start: Option<ScanStart>,
     /// The settings of the last take-over that fitted.
     last_words: Vec<u32>,
     /// Cover points that the next result with a hit proves.
@@ -61,9 +61,9 @@ impl Hosted {
     pub(super) fn new(interface: &Interface, layout: &Layout) -> Option<Box<Hosted>> {
         let place = |role| layout.outputs.place(role);
         Some(Box::new(Hosted {
-            registers: Registers::new(interface, layout)?,
+            registers: RegisterModel::new(interface, layout)?,
             base: interface.clone(),
-            places: [place(Role::Laser), place(Role::Epoch)],
+            places: [place(PortRole::Laser), place(PortRole::Epoch)],
             phase: Phase::Idle,
             words: Vec::new(),
             dark_from: 0,
@@ -108,7 +108,7 @@ impl Hosted {
     /// A scan's last word has come; its last counts are told at `clock`.
     pub(super) fn scan_ends(&mut self, clock: u64) {
         self.has_ended = true;
-        self.registers.tell(clock, Told::ScanCounted);
+        self.registers.tell(clock, ScanEvent::ScanCounted);
         if let Some(track) = &mut self.track {
             track.window_ends(clock, &mut self.registers);
         }
@@ -120,7 +120,7 @@ impl Hosted {
     }
 }
 
-impl Reference {
+impl ReferenceModel {
     /// What the slave of the registers shows after the blocks predicted so far.
     pub fn host_outputs(&self) -> HostOutputs {
         self.hosted.as_ref().map(|hosted| hosted.registers.shown()).unwrap_or_default()
@@ -211,7 +211,7 @@ impl Reference {
                 if let Some(track) = &mut hosted.track {
                     track.scan_found(clock, peaks[0], &mut hosted.registers);
                 }
-                hosted.registers.tell(clock, Told::Peaks(peaks));
+                hosted.registers.tell(clock, ScanEvent::Peaks(peaks));
             }
         }
         hosted
@@ -236,13 +236,13 @@ impl Reference {
         let end = last - self.released;
         let to_epoch = end.next_multiple_of(hosted.registers.plan().period_chips) - end;
         let how = match (go && !changed, self.interface.realigns()) {
-            (true, false) => Some(Start::GoesOn),
-            (true, true) => (to_epoch <= CHIPS_TO_PREPARATION).then_some(Start::EndsAtEpoch),
-            (false, realigns) if go && !realigns => Some(Start::ChangedWhole),
+            (true, false) => Some(ScanStart::GoesOn),
+            (true, true) => (to_epoch <= CHIPS_TO_PREPARATION).then_some(ScanStart::EndsAtEpoch),
+            (false, realigns) if go && !realigns => Some(ScanStart::ChangedWhole),
             // What follows of a scan is waited for.
             (false, _) if hosted.registers.go() && !go => None,
-            (false, false) if !changed => Some(Start::AfterStopWhole),
-            (false, _) => Some(if go { Start::Changed } else { Start::AfterStop }),
+            (false, false) if !changed => Some(ScanStart::AfterStopWhole),
+            (false, _) => Some(if go { ScanStart::Changed } else { ScanStart::AfterStop }),
         };
         if go && !changed {
             hosted.proves.extend(how.map(|how| RegisterPoint::Began { how }));
@@ -295,7 +295,7 @@ impl Reference {
                             track.begins();
                         }
                         if !hosted.registers.runs() {
-                            hosted.start = Some(Start::Single);
+                            hosted.start = Some(ScanStart::Single);
                         }
                     }
                     hosted.words.push(word);
@@ -307,7 +307,7 @@ impl Reference {
                     }
                     sequence.refused = !hosted.registers.plan().fits(&settings);
                     if sequence.refused {
-                        hosted.start = Some(Start::AfterStop);
+                        hosted.start = Some(ScanStart::AfterStop);
                         if let Some(track) = &mut hosted.track {
                             track.refused();
                         }

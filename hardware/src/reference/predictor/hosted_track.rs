@@ -1,8 +1,8 @@
 //! A target that is followed, from scan to scan of hardware whose host has turned that on.
 
 use crate::reference::coverage::TrackPoint;
-use crate::reference::registers::{Registers, Told};
-use crate::reference::tracking::{Follower, Sums};
+use crate::reference::registers::{RegisterModel, ScanEvent};
+use crate::reference::tracking::{Follower, WindowSums};
 use crate::sensor::registers::Settings;
 use crate::sensor::track::{CLOCKS_FROM_PEAK, TrackPlan};
 
@@ -108,14 +108,14 @@ impl HostedTrack {
     }
 
     /// A scan's last count is there at a clock.
-    pub(super) fn window_ends(&mut self, clock: u64, registers: &mut Registers) {
+    pub(super) fn window_ends(&mut self, clock: u64, registers: &mut RegisterModel) {
         let counts = std::mem::take(&mut self.counts);
         self.counted_at = Some(clock);
         if !self.is_window || self.waits != Waits::Yes {
             return;
         }
         let setting = self.follower.setting;
-        let sums = Sums::of(&counts, self.plan.half_steps());
+        let sums = WindowSums::of(&counts, self.plan.half_steps());
         let before = self.follower.window();
         let is_lost = self.follower.counted(sums);
         self.points = points(&self.follower, sums, before, is_lost);
@@ -124,13 +124,13 @@ impl HostedTrack {
         let position = self.follower.position().filter(|_| self.follows);
         registers.tell(
             done,
-            Told::Tracked {
+            ScanEvent::Tracked {
                 position: position.map(|position| position as u32),
                 locked: self.follows && self.follower.is_locked(),
             },
         );
         if setting.is_on && is_lost {
-            registers.tell(done + 1, Told::TargetLost);
+            registers.tell(done + 1, ScanEvent::TargetLost);
         }
         self.waits = Waits::Until(done);
     }
@@ -140,7 +140,7 @@ impl HostedTrack {
         &mut self,
         clock: u64,
         (step, count): (u64, i64),
-        registers: &mut Registers,
+        registers: &mut RegisterModel,
     ) {
         let is_own = self.counted_at.is_some_and(|counted_at| clock > counted_at);
         if self.is_window || self.waits != Waits::Yes || !is_own {
@@ -151,13 +151,18 @@ impl HostedTrack {
         self.follows = self.follower.window().is_some();
         self.points = vec![if self.follows { TrackPoint::Found } else { TrackPoint::Nothing }];
         let position = self.follower.position().map(|position| position as u32);
-        registers.tell(done, Told::Tracked { position, locked: false });
+        registers.tell(done, ScanEvent::Tracked { position, locked: false });
         self.waits = Waits::Until(done);
     }
 }
 
 /// What a window's decision shows of the rule.
-fn points(follower: &Follower, sums: Sums, before: Option<u64>, is_lost: bool) -> Vec<TrackPoint> {
+fn points(
+    follower: &Follower,
+    sums: WindowSums,
+    before: Option<u64>,
+    is_lost: bool,
+) -> Vec<TrackPoint> {
     if !follower.is_locked() {
         return vec![if is_lost { TrackPoint::Lost } else { TrackPoint::Missed }];
     }

@@ -22,13 +22,13 @@ use super::host_ports::HostClocks;
 use super::pattern::{ChipPattern, chip_patterns};
 use super::peak_ports::PeakPorts;
 use super::resets::{PortState, ResetWatch, Upon};
-use super::stream::{Ready, ResultStream};
+use super::stream::{Ready, StreamModel};
 use crate::scan::{Chip, Group, Sample};
 use crate::scene::{DetectorIndex, SourceIndex};
 use crate::sensor::cells::CellChange;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// What the surroundings do to the hardware in a block of clocks, besides the
 /// detectors' levels.
@@ -52,10 +52,10 @@ pub struct Surroundings {
 
 impl Surroundings {
     /// Clocks at which an input has not the level at which it rests.
-    pub fn away_from_rest(&self, input: Role) -> &[Range<u64>] {
+    pub fn away_from_rest(&self, input: PortRole) -> &[Range<u64>] {
         match input {
-            Role::Reset => &self.resets,
-            Role::Ready => &self.stalls,
+            PortRole::Reset => &self.resets,
+            PortRole::Ready => &self.stalls,
             _ => &[],
         }
     }
@@ -80,7 +80,7 @@ pub struct Skip {
 
 /// Where a scan stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Position {
+pub struct ScanPosition {
     /// First clock without reset.
     pub released: u64,
     /// Number of the scan since then.
@@ -91,7 +91,7 @@ pub struct Position {
     pub from: u64,
 }
 
-impl Position {
+impl ScanPosition {
     /// Whether a scan is under way or prepared; without registers there always is one.
     pub fn is_scan(&self) -> bool {
         self.from != hosted::NEVER
@@ -139,13 +139,13 @@ pub enum ReferenceError {
 
 /// The reference model. One per run; it starts in reset.
 #[derive(Debug, Clone)]
-pub struct Reference {
+pub struct ReferenceModel {
     interface: Interface,
     /// chi of the chips of each detector's reference (eq. 10).
     signs: Vec<Vec<i8>>,
     chips: Vec<ChipPattern>,
     words: usize,
-    stream: ResultStream,
+    stream: StreamModel,
     peak: Option<PeakPorts>,
     /// The registers, if there are any; what follows from the scan is then as they were last taken over.
     hosted: Option<Box<Hosted>>,
@@ -205,12 +205,12 @@ impl ScanState {
     }
 }
 
-impl Reference {
+impl ReferenceModel {
     /// A model of the hardware with this interface.
     ///
     /// # Errors
     /// When the interface asks for hardware that is not modelled.
-    pub fn new(interface: Interface) -> Result<Reference, ReferenceError> {
+    pub fn new(interface: Interface) -> Result<ReferenceModel, ReferenceError> {
         let lengths = interface.reference_codes.iter().map(|code| code.len());
         if lengths.clone().any(|length| length != interface.reference_codes[0].len()) {
             return Err(ReferenceError::CodeLengths(lengths.collect()));
@@ -218,11 +218,11 @@ impl Reference {
         let layout = Layout::of(&interface);
         let place = |role| layout.outputs.place(role);
         let table = CoverTable::of(&interface);
-        Ok(Reference {
+        Ok(ReferenceModel {
             signs: signs(&interface),
-            chips: chip_patterns(&interface, place(Role::Laser), place(Role::Epoch)),
+            chips: chip_patterns(&interface, place(PortRole::Laser), place(PortRole::Epoch)),
             words: layout.outputs.words,
-            stream: ResultStream::new(&interface, &layout, Arc::clone(&table)),
+            stream: StreamModel::new(&interface, &layout, Arc::clone(&table)),
             peak: PeakPorts::new(&interface, &layout),
             hosted: Hosted::new(&interface, &layout),
             histogram: HistogramModel::new(&interface, Arc::clone(&table)),
@@ -265,8 +265,8 @@ impl Reference {
     }
 
     /// Where the scan stands after the blocks predicted so far.
-    pub fn position(&self) -> Position {
-        Position {
+    pub fn position(&self) -> ScanPosition {
+        ScanPosition {
             released: self.released,
             scan: self.scan.scan,
             group: self.scan.group,
@@ -283,7 +283,7 @@ impl Reference {
     ///
     /// `hits` are, for each detector, the first samples of the runs of high
     /// samples that start in the block, in order, numbered as in
-    /// [`super::level::Level::paint`]. `expected` has `words()` entries per
+    /// [`super::level::LevelPainter::paint`]. `expected` has `words()` entries per
     /// clock and is overwritten.
     pub fn predict(&mut self, block: &Surroundings, hits: &[Vec<Sample>], expected: &mut [u64]) {
         expected.fill(0);
@@ -292,7 +292,7 @@ impl Reference {
         self.predict_into(block, hits, &mut every_clock);
     }
 
-    /// [`Reference::predict`], of blocks of any length, and only where outputs change
+    /// [`ReferenceModel::predict`], of blocks of any length, and only where outputs change
     /// that do not follow a code. What holds at a block's end changes there, and back
     /// at the next one's start.
     pub fn predict_changes(
@@ -304,7 +304,7 @@ impl Reference {
         self.predict_into(block, hits, changes);
     }
 
-    /// [`Reference::predict`], of blocks of any length, and only what [`Reference::take_finished`] has.
+    /// [`ReferenceModel::predict`], of blocks of any length, and only what [`ReferenceModel::take_finished`] has.
     pub fn predict_results(&mut self, block: &Surroundings, hits: &[Vec<Sample>]) {
         self.predict_into(block, hits, &mut Unseen);
     }

@@ -1,15 +1,15 @@
 //! What a group of steps has counted when it ends: its results, and what they prove.
 
-use super::{Reference, StepResult};
+use super::{ReferenceModel, StepResult};
 use crate::reference::axis::Beat;
 use crate::reference::coverage::{CoverPoint, GroupPosition, HitPoint, SaturationPoint, ScanPoint};
-use crate::reference::exercise::Counted;
-use crate::reference::stream::Arrival;
+use crate::reference::exercise::CountedHits;
+use crate::reference::stream::GroupArrival;
 use crate::scan::Step;
 use crate::scene::DetectorIndex;
 use crate::sensor::layout::mask;
 
-impl Reference {
+impl ReferenceModel {
     /// Sends the present group's counts on their way and goes on to the next.
     pub(super) fn finish_group(&mut self) {
         let end = self.scan.from + self.scan.chips;
@@ -28,7 +28,7 @@ impl Reference {
         self.stream.axis.exercise.phase_steps += grouping.steps_of(self.scan.group).count() as u64;
         let is_counted = self.totals.iter().any(|&total| total > 0);
         self.resets.group_ends(self.released + end, last, is_counted);
-        self.stream.push(Arrival {
+        self.stream.push(GroupArrival {
             clock: shows_at,
             beats,
             saturated,
@@ -76,7 +76,7 @@ impl Reference {
                 if is_absent {
                     continue;
                 }
-                let counted = Counted::new(detector, exact, self.totals[detector]);
+                let counted = CountedHits::new(detector, exact, self.totals[detector]);
                 beats.push(self.stream.beat(count, total, counted));
                 let number = first + step as u64;
                 if let Some(hosted) = &mut self.hosted {

@@ -6,12 +6,12 @@ use std::collections::{HashMap, HashSet};
 use super::drive::Drives;
 use super::expr::{Expr, SignalId, Statement};
 use super::fault::Fault;
-use super::signals::{Names, Role};
+use super::signals::{ModuleNames, SignalRole};
 
 /// Takes such signals out of `drives` and puts what they are in their places.
 pub fn resolve(
     drives: &mut Drives,
-    names: &Names,
+    names: &ModuleNames,
     gathered: &HashSet<SignalId>,
 ) -> Result<(), Fault> {
     let mut known: HashMap<SignalId, Expr> = HashMap::new();
@@ -27,7 +27,7 @@ pub fn resolve(
                 }
                 _ => false,
             };
-            if names.signals[id].role == Role::Local && is_another {
+            if names.signals[id].role == SignalRole::Local && is_another {
                 found.insert(id, value);
             }
         }
@@ -53,8 +53,8 @@ fn replaced(expr: &Expr, known: &HashMap<SignalId, Expr>) -> Result<Expr, Fault>
 }
 
 /// Locals that are no more than what a port shows.
-fn shown_at_ports(drives: &Drives, names: &Names) -> Vec<SignalId> {
-    let is_output = |id: &&SignalId| names.signals[**id].role == Role::Output;
+fn shown_at_ports(drives: &Drives, names: &ModuleNames) -> Vec<SignalId> {
+    let is_output = |id: &&SignalId| names.signals[**id].role == SignalRole::Output;
     let shown = drives.order.iter().filter(is_output);
     shown
         .filter_map(|id| match drives.combinational[id] {
@@ -66,9 +66,11 @@ fn shown_at_ports(drives: &Drives, names: &Names) -> Vec<SignalId> {
 
 /// A local that stands for a whole signal. The output of an instance gets the
 /// local's name instead, which says more.
-fn is_second_name(value: &Expr, names: &Names) -> bool {
+fn is_second_name(value: &Expr, names: &ModuleNames) -> bool {
     match value {
-        Expr::Signal { id, .. } => !matches!(names.signals[*id].role, Role::InstanceOutput(_)),
+        Expr::Signal { id, .. } => {
+            !matches!(names.signals[*id].role, SignalRole::InstanceOutput(_))
+        }
         _ => false,
     }
 }

@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 use super::expr::{Expr, SignalId, Statement};
 use super::fault::Fault;
 use super::scope::{CLOCK, RESET};
-use super::signals::{Names, Reset, Role};
+use super::signals::{ModuleNames, ResetValue, SignalRole};
 
 /// A kernel, taken apart.
 #[derive(Debug)]
@@ -22,12 +22,14 @@ pub struct Drives {
 }
 
 /// Takes `kernel` apart.
-pub fn drives_of(kernel: &[Statement], names: &Names) -> Result<Drives, Fault> {
+pub fn drives_of(kernel: &[Statement], names: &ModuleNames) -> Result<Drives, Fault> {
     check_targets(kernel, names)?;
     check_order(kernel, names, &mut vec![false; names.signals.len()])?;
     let mut order = assigned(kernel);
     let mut seen = HashSet::new();
-    order.retain(|&id| !matches!(names.signals[id].role, Role::RegisterD(_)) && seen.insert(id));
+    order.retain(|&id| {
+        !matches!(names.signals[id].role, SignalRole::RegisterD(_)) && seen.insert(id)
+    });
     let mut combinational = HashMap::new();
     for &id in &order {
         let name = &names.signals[id].name;
@@ -45,17 +47,17 @@ fn undriven(name: &str) -> Fault {
 }
 
 /// Only what nothing else drives may be assigned.
-fn check_targets(kernel: &[Statement], names: &Names) -> Result<(), Fault> {
+fn check_targets(kernel: &[Statement], names: &ModuleNames) -> Result<(), Fault> {
     for id in assigned(kernel) {
         let signal = &names.signals[id];
         let name = signal.name.clone();
         match signal.role {
-            Role::Input => return Err(Fault::OwnInputDriven { signal: name }),
-            Role::Constant
-            | Role::Table
-            | Role::RegisterQ(_)
-            | Role::TableData(_)
-            | Role::InstanceOutput(_) => return Err(Fault::MultipleDrivers { signal: name }),
+            SignalRole::Input => return Err(Fault::OwnInputDriven { signal: name }),
+            SignalRole::Constant
+            | SignalRole::Table
+            | SignalRole::RegisterQ(_)
+            | SignalRole::TableData(_)
+            | SignalRole::InstanceOutput(_) => return Err(Fault::MultipleDrivers { signal: name }),
             _ => {}
         }
     }
@@ -76,7 +78,11 @@ fn assigned(block: &[Statement]) -> Vec<SignalId> {
 /// Refuses a signal that is assigned after it was read, which rules out
 /// combinational loops inside a module too, and reads of pins that only the
 /// kernel drives.
-fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Result<(), Fault> {
+fn check_order(
+    kernel: &[Statement],
+    names: &ModuleNames,
+    read: &mut Vec<bool>,
+) -> Result<(), Fault> {
     for statement in kernel {
         let mut fault = None;
         let built_up = |id| match statement {
@@ -88,7 +94,7 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
                 return;
             }
             read[id] = true;
-            if matches!(names.signals[id].role, Role::RegisterD(_)) {
+            if matches!(names.signals[id].role, SignalRole::RegisterD(_)) {
                 fault = Some(Fault::Unsupported {
                     construct: format!("reading `{}`", names.signals[id].name),
                 });
@@ -101,8 +107,8 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
             Statement::Assign { target, .. } => {
                 // What shows the new value without a clock.
                 let shown = match names.signals[*target].role {
-                    Role::RegisterD(_) => None,
-                    Role::TableAddress(table) => Some(names.tables[table].data),
+                    SignalRole::RegisterD(_) => None,
+                    SignalRole::TableAddress(table) => Some(names.tables[table].data),
                     _ => Some(*target),
                 };
                 if let Some(id) = shown.filter(|&id| read[id]) {
@@ -120,8 +126,8 @@ fn check_order(kernel: &[Statement], names: &Names, read: &mut Vec<bool>) -> Res
     Ok(())
 }
 
-fn is_local(names: &Names, id: SignalId) -> bool {
-    names.signals[id].role == Role::Local
+fn is_local(names: &ModuleNames, id: SignalId) -> bool {
+    names.signals[id].role == SignalRole::Local
 }
 
 /// The value of `target` after `block`, `before` being its value so far.
@@ -178,15 +184,16 @@ fn assigns(block: &[Statement], wanted: SignalId) -> bool {
 
 fn check_driven(
     kernel: &[Statement],
-    names: &Names,
+    names: &ModuleNames,
     combinational: &HashMap<SignalId, Expr>,
 ) -> Result<(), Fault> {
     for (id, signal) in names.signals.iter().enumerate() {
         let is_driven = match signal.role {
-            Role::Output | Role::Local | Role::TableAddress(_) | Role::InstanceInput(_) => {
-                combinational.contains_key(&id)
-            }
-            Role::RegisterD(_) => assigns(kernel, id),
+            SignalRole::Output
+            | SignalRole::Local
+            | SignalRole::TableAddress(_)
+            | SignalRole::InstanceInput(_) => combinational.contains_key(&id),
+            SignalRole::RegisterD(_) => assigns(kernel, id),
             _ => true,
         };
         if !is_driven {
@@ -198,12 +205,12 @@ fn check_driven(
 
 /// The statements that assign registers, without the default hold. Inside an `if` a hold may undo
 /// what stands before the `if`.
-fn clocked_part(block: &[Statement], names: &Names, is_inside: bool) -> Vec<Statement> {
+fn clocked_part(block: &[Statement], names: &ModuleNames, is_inside: bool) -> Vec<Statement> {
     let mut kept = Vec::new();
     for statement in block {
         match statement {
             Statement::Assign { target, value, .. } => {
-                let Role::RegisterD(index) = names.signals[*target].role else {
+                let SignalRole::RegisterD(index) = names.signals[*target].role else {
                     continue;
                 };
                 let q = names.registers[index].q;
@@ -230,7 +237,7 @@ fn clocked_part(block: &[Statement], names: &Names, is_inside: bool) -> Vec<Stat
 fn check_reads(
     combinational: &HashMap<SignalId, Expr>,
     clocked: &[Statement],
-    names: &Names,
+    names: &ModuleNames,
 ) -> Result<Vec<bool>, Fault> {
     let mut is_read = vec![false; names.signals.len()];
     for value in combinational.values() {
@@ -240,14 +247,17 @@ fn check_reads(
         statement.reads().for_each_signal(&mut |id| is_read[id] = true);
     });
     for register in &names.registers {
-        if let Reset::Constant(id) = register.reset {
+        if let ResetValue::Constant(id) = register.reset {
             is_read[id] = true;
         }
     }
     for (id, signal) in names.signals.iter().enumerate() {
         let must_be_read = match signal.role {
-            Role::Input => ![CLOCK.0, RESET.0].contains(&signal.name.as_str()),
-            Role::Local | Role::Constant | Role::RegisterQ(_) | Role::TableData(_) => true,
+            SignalRole::Input => ![CLOCK.0, RESET.0].contains(&signal.name.as_str()),
+            SignalRole::Local
+            | SignalRole::Constant
+            | SignalRole::RegisterQ(_)
+            | SignalRole::TableData(_) => true,
             _ => false,
         };
         // Linters know by this name that it is meant.

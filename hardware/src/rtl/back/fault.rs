@@ -5,7 +5,7 @@ use thiserror::Error;
 /// A description that has no single meaning in hardware, and where it stands.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("module {module}: {fault}")]
-pub struct Refusal {
+pub struct FaultyDescription {
     /// Module, or the field where the module has no name.
     pub module: String,
     /// What is wrong.

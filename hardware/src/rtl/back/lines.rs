@@ -3,8 +3,8 @@
 use super::concat::{concat, fused};
 use super::expr::{BinaryOp, Expr, SignalId};
 use super::number::Num;
-use super::signals::Signal;
-use super::term::{Leaf, Numbers, Says, Term};
+use super::signals::KernelSignal;
+use super::term::{HasNumbers, Leaf, Says, Term};
 
 /// Fewest statements that become a loop.
 const LEAST_TRIPS: usize = 3;
@@ -15,7 +15,7 @@ const OPERAND: &str = "m";
 
 /// A statement of bits of packed signals.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Step {
+pub enum BitStatement {
     /// Drives bits of a signal.
     Store {
         /// Which signal.
@@ -30,15 +30,15 @@ pub enum Step {
         /// A single bit.
         test: Expr,
         /// Statements for 1.
-        yes: Vec<Step>,
+        yes: Vec<BitStatement>,
         /// Statements for 0.
-        no: Vec<Step>,
+        no: Vec<BitStatement>,
     },
 }
 
 /// A statement of the text.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Line {
+pub enum VerilogLine {
     /// Drives a signal, or bits of one.
     Store {
         /// What is driven.
@@ -51,9 +51,9 @@ pub enum Line {
         /// A single bit.
         test: Term,
         /// Statements for 1.
-        yes: Vec<Line>,
+        yes: Vec<VerilogLine>,
         /// Statements for 0.
-        no: Vec<Line>,
+        no: Vec<VerilogLine>,
     },
     /// What an operator makes of as many operands as there are trips.
     Fold {
@@ -77,29 +77,29 @@ pub enum Line {
         /// How many trips.
         trips: Num,
         /// The statements of one.
-        body: Vec<Line>,
+        body: Vec<VerilogLine>,
     },
 }
 
-impl Numbers for Line {
+impl HasNumbers for VerilogLine {
     fn each_leaf(&mut self, see: &mut dyn FnMut(Leaf)) {
         match self {
-            Line::Store { target, value } => {
+            VerilogLine::Store { target, value } => {
                 target.each_leaf(see);
                 value.each_leaf(see);
             }
-            Line::If { test, yes, no } => {
+            VerilogLine::If { test, yes, no } => {
                 test.each_leaf(see);
                 yes.each_leaf(see);
                 no.each_leaf(see);
             }
-            Line::Fold { target, trips, operand, zero, .. } => {
+            VerilogLine::Fold { target, trips, operand, zero, .. } => {
                 target.each_leaf(see);
                 see(Leaf::Number(Says::Size, trips));
                 operand.each_leaf(see);
                 zero.each_leaf(see);
             }
-            Line::Loop { trips, body, .. } => {
+            VerilogLine::Loop { trips, body, .. } => {
                 see(Leaf::Number(Says::Size, trips));
                 body.each_leaf(see);
             }
@@ -108,25 +108,29 @@ impl Numbers for Line {
 }
 
 /// How `steps` are printed; loops count with `indices`, the innermost first.
-pub fn lines(steps: Vec<Step>, signals: &[Signal], indices: &[&'static str]) -> Vec<Line> {
+pub fn lines(
+    steps: Vec<BitStatement>,
+    signals: &[KernelSignal],
+    indices: &[&'static str],
+) -> Vec<VerilogLine> {
     let line = |step| match step {
-        Step::Store { id, low, value } => Line::Store {
+        BitStatement::Store { id, low, value } => VerilogLine::Store {
             target: Term::part(&signals[id], low + value.width() - 1, low),
             value: Term::of(&value, signals),
         },
-        Step::If { test, yes, no } => Line::If {
+        BitStatement::If { test, yes, no } => VerilogLine::If {
             test: Term::of(&test, signals),
             yes: lines(yes, signals, indices),
             no: lines(no, signals, indices),
         },
     };
-    let lines: Vec<Line> = tidy(steps).into_iter().map(line).flat_map(spread).collect();
+    let lines: Vec<VerilogLine> = tidy(steps).into_iter().map(line).flat_map(spread).collect();
     indices.iter().fold(lines, |lines, index| rolled(lines, index))
 }
 
 /// Stores of like parts side by side are a store of each.
-fn spread(line: Line) -> Vec<Line> {
-    let Line::Store { target, value: Term::Concat(parts) } = &line else {
+fn spread(line: VerilogLine) -> Vec<VerilogLine> {
+    let VerilogLine::Store { target, value: Term::Concat(parts) } = &line else {
         return vec![line];
     };
     let is_even = |period: usize| {
@@ -153,15 +157,15 @@ fn spread(line: Line) -> Vec<Line> {
         };
         let target = Term::Part { name: name.clone(), low: low.clone(), width: width.clone() };
         low = low.add(&width);
-        lines.push(Line::Store { target, value: part.clone() });
+        lines.push(VerilogLine::Store { target, value: part.clone() });
     }
     lines
 }
 
 /// Continuous assignments, in which one operator joins many like operands, as loops over them.
-pub fn folded(lines: Vec<Line>) -> Vec<Line> {
-    let fold = |line: Line| {
-        let Line::Store { target, value: Term::Binary(op, left, right) } = &line else {
+pub fn folded(lines: Vec<VerilogLine>) -> Vec<VerilogLine> {
+    let fold = |line: VerilogLine| {
+        let VerilogLine::Store { target, value: Term::Binary(op, left, right) } = &line else {
             return line;
         };
         let mut operands = vec![(**right).clone()];
@@ -186,7 +190,7 @@ pub fn folded(lines: Vec<Line>) -> Vec<Line> {
                     // Blocks that each build up a part of one signal would wake each other for ever.
                     && matches!(target, Term::Name(_)) =>
             {
-                Line::Fold {
+                VerilogLine::Fold {
                     target: target.clone(),
                     op: *op,
                     index: OPERAND,
@@ -202,15 +206,17 @@ pub fn folded(lines: Vec<Line>) -> Vec<Line> {
 }
 
 /// Loops of as many trips as one.
-pub fn loops_joined(lines: Vec<Line>) -> Vec<Line> {
-    let mut out: Vec<Line> = Vec::new();
+pub fn loops_joined(lines: Vec<VerilogLine>) -> Vec<VerilogLine> {
+    let mut out: Vec<VerilogLine> = Vec::new();
     for line in lines {
-        if let Line::Loop { index, trips, body } = &line {
-            let is_alike = |known: &&mut Line| match known {
-                Line::Loop { index: own, trips: times, .. } => own == index && times == trips,
+        if let VerilogLine::Loop { index, trips, body } = &line {
+            let is_alike = |known: &&mut VerilogLine| match known {
+                VerilogLine::Loop { index: own, trips: times, .. } => {
+                    own == index && times == trips
+                }
                 _ => false,
             };
-            if let Some(Line::Loop { body: known, .. }) = out.iter_mut().find(is_alike) {
+            if let Some(VerilogLine::Loop { body: known, .. }) = out.iter_mut().find(is_alike) {
                 known.extend(body.clone());
                 continue;
             }
@@ -228,7 +234,7 @@ fn is_of_places(slope: &[(Says, Num)]) -> bool {
 }
 
 /// Runs of like statements as loops.
-fn rolled(lines: Vec<Line>, index: &'static str) -> Vec<Line> {
+fn rolled(lines: Vec<VerilogLine>, index: &'static str) -> Vec<VerilogLine> {
     let mut out = Vec::new();
     let mut rest = &lines[..];
     while !rest.is_empty() {
@@ -237,7 +243,7 @@ fn rolled(lines: Vec<Line>, index: &'static str) -> Vec<Line> {
             Some((period, trips)) if trips >= LEAST_TRIPS => {
                 let first = rest[..period].to_vec();
                 let slope = first.slope_to(&rest[period..2 * period].to_vec()).unwrap_or_default();
-                out.push(Line::Loop {
+                out.push(VerilogLine::Loop {
                     index,
                     trips: (trips as u32).into(),
                     body: first.along(&slope, index, 0),
@@ -254,8 +260,9 @@ fn rolled(lines: Vec<Line>, index: &'static str) -> Vec<Line> {
 }
 
 /// How many times the first `period` statements come, moved by as much each time.
-fn run(lines: &[Line], period: usize) -> usize {
-    let blocks: Vec<Vec<Line>> = lines.chunks_exact(period).map(<[Line]>::to_vec).collect();
+fn run(lines: &[VerilogLine], period: usize) -> usize {
+    let blocks: Vec<Vec<VerilogLine>> =
+        lines.chunks_exact(period).map(<[VerilogLine]>::to_vec).collect();
     let mut slopes = blocks.windows(2).map(|pair| pair[0].slope_to(&pair[1])).peekable();
     let first = slopes.peek().cloned().flatten();
     match first {
@@ -267,13 +274,14 @@ fn run(lines: &[Line], period: usize) -> usize {
 }
 
 /// What says the same in fewer statements.
-fn tidy(steps: Vec<Step>) -> Vec<Step> {
-    let mut tests_joined: Vec<Step> = Vec::new();
+fn tidy(steps: Vec<BitStatement>) -> Vec<BitStatement> {
+    let mut tests_joined: Vec<BitStatement> = Vec::new();
     for step in steps {
         match (tests_joined.last_mut(), step) {
-            (Some(Step::If { test, yes, no }), Step::If { test: same, yes: more, no: others })
-                if *test == same =>
-            {
+            (
+                Some(BitStatement::If { test, yes, no }),
+                BitStatement::If { test: same, yes: more, no: others },
+            ) if *test == same => {
                 yes.extend(more);
                 no.extend(others);
             }
@@ -286,7 +294,7 @@ fn tidy(steps: Vec<Step>) -> Vec<Step> {
         if tests_joined[at + 1..].iter().any(|later| covers(later, step)) {
             continue;
         }
-        if matches!(step, Step::Store { .. }) {
+        if matches!(step, BitStatement::Store { .. }) {
             stores.push(step.clone());
         } else {
             out.extend(joined(std::mem::take(&mut stores)));
@@ -298,30 +306,31 @@ fn tidy(steps: Vec<Step>) -> Vec<Step> {
 }
 
 /// Whether nothing is left of what `step` stores.
-fn covers(later: &Step, step: &Step) -> bool {
+fn covers(later: &BitStatement, step: &BitStatement) -> bool {
     match (later, step) {
-        (Step::Store { id, low, value }, Step::Store { id: other, low: from, value: before }) => {
-            id == other && low <= from && low + value.width() >= from + before.width()
-        }
+        (
+            BitStatement::Store { id, low, value },
+            BitStatement::Store { id: other, low: from, value: before },
+        ) => id == other && low <= from && low + value.width() >= from + before.width(),
         _ => false,
     }
 }
 
 /// Stores of different bits, in the order of signals as they first come, and in that of bits;
 /// neighbours that one expression says as one.
-pub fn joined(stores: Vec<Step>) -> Vec<Step> {
+pub fn joined(stores: Vec<BitStatement>) -> Vec<BitStatement> {
     let order: Vec<SignalId> = stores.iter().map(id_of).collect();
-    let low_of = |step: &Step| match step {
-        Step::Store { low, .. } => *low,
-        Step::If { .. } => 0,
+    let low_of = |step: &BitStatement| match step {
+        BitStatement::Store { low, .. } => *low,
+        BitStatement::If { .. } => 0,
     };
     let mut sorted = stores;
     sorted.sort_by_key(|step| (order.iter().position(|id| *id == id_of(step)), low_of(step)));
-    let mut out: Vec<Step> = Vec::new();
+    let mut out: Vec<BitStatement> = Vec::new();
     for step in sorted {
         if let (
-            Some(Step::Store { id, low, value }),
-            Step::Store { id: next, low: from, value: above },
+            Some(BitStatement::Store { id, low, value }),
+            BitStatement::Store { id: next, low: from, value: above },
         ) = (out.last_mut(), &step)
             && *id == *next
             && *low + value.width() == *from
@@ -339,17 +348,17 @@ pub fn joined(stores: Vec<Step>) -> Vec<Step> {
 const MOST_PARTS: usize = 3;
 
 /// Stores of a signal's few parts, none of which has to be worked out, as one of all of it.
-fn whole(stores: Vec<Step>) -> Vec<Step> {
+fn whole(stores: Vec<BitStatement>) -> Vec<BitStatement> {
     let is_plain = |value: &Expr| {
         matches!(value, Expr::Signal { .. } | Expr::Slice { .. } | Expr::Literal { .. })
     };
-    let mut out: Vec<Step> = Vec::new();
+    let mut out: Vec<BitStatement> = Vec::new();
     for group in stores.chunk_by(|a, b| id_of(a) == id_of(b)) {
         let mut next = 0;
         let mut parts = Vec::new();
         for step in group {
             match step {
-                Step::Store { low, value, .. } if *low == next && is_plain(value) => {
+                BitStatement::Store { low, value, .. } if *low == next && is_plain(value) => {
                     next += value.width();
                     parts.insert(0, value.clone());
                 }
@@ -357,16 +366,18 @@ fn whole(stores: Vec<Step>) -> Vec<Step> {
             }
         }
         match parts.len() == group.len() && (2..=MOST_PARTS).contains(&parts.len()) {
-            true => out.push(Step::Store { id: id_of(&group[0]), low: 0, value: concat(parts) }),
+            true => {
+                out.push(BitStatement::Store { id: id_of(&group[0]), low: 0, value: concat(parts) })
+            }
             false => out.extend_from_slice(group),
         }
     }
     out
 }
 
-fn id_of(step: &Step) -> SignalId {
+fn id_of(step: &BitStatement) -> SignalId {
     match step {
-        Step::Store { id, .. } => *id,
-        Step::If { .. } => SignalId::MAX,
+        BitStatement::Store { id, .. } => *id,
+        BitStatement::If { .. } => SignalId::MAX,
     }
 }

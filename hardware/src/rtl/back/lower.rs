@@ -11,18 +11,18 @@ use super::concat::{binary, concat, concat_bits, not};
 use super::expr::{BinaryOp, Expr, SignalId, Statement, UnaryOp};
 use super::fault::Fault;
 use super::scope::{literal_value, literal_width};
-use super::signals::Names;
+use super::signals::ModuleNames;
 use crate::rtl::front::tree::gathered_bits;
 
 /// Lowers a kernel.
-pub fn lower(kernel: &VerilogBlock, names: &Names) -> Result<Vec<Statement>, Fault> {
+pub fn lower(kernel: &VerilogBlock, names: &ModuleNames) -> Result<Vec<Statement>, Fault> {
     let mut statements = Vec::new();
     Lowering { names }.block(kernel, &mut statements)?;
     Ok(statements)
 }
 
 /// Signals whose value a kernel gathers bit by bit.
-pub fn gathered(kernel: &VerilogBlock, names: &Names) -> Result<HashSet<SignalId>, Fault> {
+pub fn gathered(kernel: &VerilogBlock, names: &ModuleNames) -> Result<HashSet<SignalId>, Fault> {
     let mut found = HashSet::new();
     for statement in kernel {
         if let VerilogStatement::Assignment(target, VerilogExpression::Unsigned(_)) = statement
@@ -35,7 +35,7 @@ pub fn gathered(kernel: &VerilogBlock, names: &Names) -> Result<HashSet<SignalId
 }
 
 struct Lowering<'a> {
-    names: &'a Names,
+    names: &'a ModuleNames,
 }
 
 fn unsupported<T>(construct: &str) -> Result<T, Fault> {

@@ -34,8 +34,8 @@ mod variants;
 
 use rust_hdl_core::block::Block;
 
-pub use fault::{Fault, Refusal};
-pub use netlist::{Connections, End, Netlist, Part};
+pub use fault::{Fault, FaultyDescription};
+pub use netlist::{Connections, End, ModuleNetlist, Submodule};
 pub use prefix::{BadPrefix, Prefix};
 pub use print::BLOCK_MEMORY;
 pub use share::ModuleText;
@@ -47,6 +47,6 @@ pub fn verilog_of(
     top: &dyn Block,
     prefix: &Prefix,
     made_by: &str,
-) -> Result<Vec<ModuleText>, Refusal> {
+) -> Result<Vec<ModuleText>, FaultyDescription> {
     share::modules_of(&scope::scopes_of(top)?, prefix, made_by)
 }

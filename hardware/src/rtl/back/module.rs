@@ -3,21 +3,23 @@
 use super::alias::resolve;
 use super::drive::{Drives, drives_of};
 use super::expr::{Expr, SignalId, Statement, UnaryOp};
-use super::fault::{Fault, Refusal};
+use super::fault::{Fault, FaultyDescription};
 use super::lower::{gathered, lower};
 use super::scope::{AtomInfo, Content, Scope};
-use super::signals::{Element, Named, Names, Reset, Role, Signal, TablePins};
+use super::signals::{
+    Element, KernelSignal, ModuleNames, ResetValue, SignalRole, TablePins, VectorName,
+};
 use crate::rtl::front::Description;
 use rust_hdl_core::atom::AtomKind;
 
 /// A module without its constants' values, so that instances that differ in
 /// nothing else share it.
 #[derive(Debug, Default)]
-pub struct Module {
+pub struct VerilogModule {
     /// Name and header.
     pub description: Description,
     /// Every signal, under its final name.
-    pub signals: Vec<Signal>,
+    pub signals: Vec<KernelSignal>,
     /// Ports in the order of declaration.
     pub ports: Vec<SignalId>,
     /// Named constants in the order of declaration.
@@ -27,7 +29,7 @@ pub struct Module {
     /// Wires that are not ports.
     pub wires: Vec<SignalId>,
     /// Registers and their values after reset.
-    pub registers: Vec<(SignalId, Reset)>,
+    pub registers: Vec<(SignalId, ResetValue)>,
     /// Continuous assignments.
     pub assigns: Vec<Assign>,
     /// Statements of the clocked block.
@@ -57,10 +59,10 @@ pub struct Instance {
     /// Description; empty where its module has one.
     pub about: String,
     /// Ports as (name in the child, what is connected).
-    pub connections: Vec<(Named, Expr)>,
+    pub connections: Vec<(VectorName, Expr)>,
 }
 
-impl Module {
+impl VerilogModule {
     /// Sizes of its instances.
     pub fn sizes_below(&self, scope: &Scope) -> Vec<Vec<(String, u32)>> {
         let sizes = |instance: &Instance| scope.children[instance.child].size_values();
@@ -68,47 +70,47 @@ impl Module {
     }
 
     /// Translates `scope`, without its children.
-    pub fn of(scope: &Scope) -> Result<Module, Refusal> {
+    pub fn of(scope: &Scope) -> Result<VerilogModule, FaultyDescription> {
         let mut named = scope.name.clone();
-        translate(scope, &mut named).map_err(|fault| Refusal { module: named, fault })
+        translate(scope, &mut named).map_err(|fault| FaultyDescription { module: named, fault })
     }
 
     /// A module that is given, of which its ports are known.
-    pub fn given(scope: &Scope, name: &str) -> Module {
-        let signal = |atom: &AtomInfo| Signal {
+    pub fn given(scope: &Scope, name: &str) -> VerilogModule {
+        let signal = |atom: &AtomInfo| KernelSignal {
             name: atom.outer_key.clone(),
             width: atom.width,
             role: match atom.kind {
-                AtomKind::InputParameter => Role::Input,
-                _ => Role::Output,
+                AtomKind::InputParameter => SignalRole::Input,
+                _ => SignalRole::Output,
             },
             about: String::new(),
             heading: None,
             value: 0,
             element: None,
         };
-        Module {
+        VerilogModule {
             description: Description { module: name.to_owned(), ..Description::default() },
             signals: scope.atoms.iter().map(signal).collect(),
             ports: (0..scope.atoms.len()).collect(),
-            ..Module::default()
+            ..VerilogModule::default()
         }
     }
 
     /// What a clocked statement assigns: the register behind its input pin.
     pub fn register_of(&self, d: SignalId) -> SignalId {
         match self.signals[d].role {
-            Role::RegisterD(index) => self.registers[index].0,
+            SignalRole::RegisterD(index) => self.registers[index].0,
             _ => d,
         }
     }
 }
 
-fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
+fn translate(scope: &Scope, named: &mut String) -> Result<VerilogModule, Fault> {
     let Content::Kernel(kernel) = &scope.content else {
         return Err(Fault::Unsupported { construct: "a marker without a block".to_owned() });
     };
-    let names = Names::of(scope)?;
+    let names = ModuleNames::of(scope)?;
     let description = names
         .description
         .clone()
@@ -142,13 +144,13 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
         wires.drive(id, &drives.combinational[&id], &drives, &names);
     }
     let instances = wires.connect(&drives, &names);
-    let with_role = |wanted: &[Role]| -> Vec<SignalId> {
+    let with_role = |wanted: &[SignalRole]| -> Vec<SignalId> {
         (0..names.signals.len()).filter(|&id| wanted.contains(&names.signals[id].role)).collect()
     };
-    Ok(Module {
+    Ok(VerilogModule {
         description,
-        ports: with_role(&[Role::Input, Role::Output]),
-        constants: with_role(&[Role::Constant]),
+        ports: with_role(&[SignalRole::Input, SignalRole::Output]),
+        constants: with_role(&[SignalRole::Constant]),
         tables: names.tables.clone(),
         wires: wires.declared,
         registers: names.registers.iter().map(|r| (r.q, r.reset)).collect(),
@@ -161,7 +163,7 @@ fn translate(scope: &Scope, named: &mut String) -> Result<Module, Fault> {
 
 /// The wires of a module, as they come to light.
 struct Wires {
-    signals: Vec<Signal>,
+    signals: Vec<KernelSignal>,
     /// Signals that have the name of what they drive.
     merged: Vec<bool>,
     declared: Vec<SignalId>,
@@ -170,11 +172,11 @@ struct Wires {
 
 impl Wires {
     /// A combinational signal and its value.
-    fn drive(&mut self, id: SignalId, value: &Expr, drives: &Drives, names: &Names) {
+    fn drive(&mut self, id: SignalId, value: &Expr, drives: &Drives, names: &ModuleNames) {
         let role = names.signals[id].role;
         match role {
-            Role::TableAddress(_) => return,
-            Role::InstanceInput(_) if is_simple(value) => return,
+            SignalRole::TableAddress(_) => return,
+            SignalRole::InstanceInput(_) if is_simple(value) => return,
             _ => {}
         }
         if let Some(source) = merge_candidate(id, value, drives, names)
@@ -184,12 +186,12 @@ impl Wires {
             self.merged[source] = true;
             self.signals[source].name = self.signals[id].name.clone();
             self.signals[source].element = self.signals[id].element.clone();
-            if role == Role::Local {
+            if role == SignalRole::Local {
                 self.declared.push(id);
             }
             return;
         }
-        if role != Role::Output {
+        if role != SignalRole::Output {
             self.declared.push(id);
         }
         self.assigns.push(Assign { target: id, value: value.clone() });
@@ -203,7 +205,7 @@ impl Wires {
     }
 
     /// The instances, and the wires from their outputs.
-    fn connect(&mut self, drives: &Drives, names: &Names) -> Vec<Instance> {
+    fn connect(&mut self, drives: &Drives, names: &ModuleNames) -> Vec<Instance> {
         let instances = names.instances.iter();
         instances
             .map(|instance| Instance {
@@ -227,10 +229,10 @@ impl Wires {
         let value = Expr::Unary(UnaryOp::All, Box::new(Expr::Concat(all.collect())));
         let first = &self.signals[vector[0]];
         let name = first.element.as_ref().map_or(&first.name, |element| &element.all);
-        let unused = Signal {
+        let unused = KernelSignal {
             name: format!("unused_{name}"),
             width: 1,
-            role: Role::Local,
+            role: SignalRole::Local,
             about: "not every bit has another use; linters know by the name".to_owned(),
             element: None,
             ..first.clone()
@@ -239,9 +241,9 @@ impl Wires {
         self.assign(self.signals.len() - 1, value);
     }
 
-    fn connection(&mut self, id: SignalId, drives: &Drives, names: &Names) -> Expr {
+    fn connection(&mut self, id: SignalId, drives: &Drives, names: &ModuleNames) -> Expr {
         let own = Expr::Signal { id, width: names.signals[id].width };
-        if let Role::InstanceInput(_) = names.signals[id].role {
+        if let SignalRole::InstanceInput(_) = names.signals[id].role {
             let value = &drives.combinational[&id];
             return if is_simple(value) { value.clone() } else { own };
         }
@@ -275,12 +277,19 @@ fn is_simple(value: &Expr) -> bool {
 
 /// The register or instance output that may take the driven signal's name. Of a vector
 /// all elements may, or none.
-fn merge_candidate(id: SignalId, value: &Expr, drives: &Drives, names: &Names) -> Option<SignalId> {
+fn merge_candidate(
+    id: SignalId,
+    value: &Expr,
+    drives: &Drives,
+    names: &ModuleNames,
+) -> Option<SignalId> {
     let source_of = |id: SignalId, value: Option<&Expr>| match value {
         Some(Expr::Signal { id: source, .. }) => {
             match (names.signals[id].role, names.signals[*source].role) {
-                (Role::Output, Role::RegisterQ(_)) => Some(*source),
-                (Role::Output | Role::Local, Role::InstanceOutput(_)) => Some(*source),
+                (SignalRole::Output, SignalRole::RegisterQ(_)) => Some(*source),
+                (SignalRole::Output | SignalRole::Local, SignalRole::InstanceOutput(_)) => {
+                    Some(*source)
+                }
                 _ => None,
             }
         }
@@ -292,7 +301,7 @@ fn merge_candidate(id: SignalId, value: &Expr, drives: &Drives, names: &Names) -
         // Each element of the vector may be another port.
         let is_shown = |one: &SignalId| {
             let shows = |id: &SignalId| {
-                names.signals[*id].role == Role::Output
+                names.signals[*id].role == SignalRole::Output
                     && names.siblings(*id) == [*id]
                     && source_of(*id, drives.combinational.get(id)) == Some(*one)
             };

@@ -1,6 +1,6 @@
 //! What a module is and how it is used, before it is printed.
 
-use super::module::Module;
+use super::module::VerilogModule;
 use super::sheet::Sheet;
 use crate::rtl::front::Size;
 
@@ -52,7 +52,7 @@ impl Parameter {
 #[derive(Debug)]
 pub struct ModuleType {
     /// The module.
-    pub module: Module,
+    pub module: VerilogModule,
     /// Its text, if that is given.
     pub given: Option<&'static str>,
     /// What a given module holds at power-up: a parameter, as Verilog.

@@ -3,14 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::expr::{Expr, SignalId, Statement};
-use super::module::Module;
+use super::module::VerilogModule;
 use super::module_type::ModuleType;
 use super::scope::{CLOCK, RESET};
-use super::signals::{Named, Role};
+use super::signals::{SignalRole, VectorName};
 
 /// A module, the instances in it, and what drives what.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Netlist {
+pub struct ModuleNetlist {
     /// Its name.
     pub name: String,
     /// Names of its inputs, without clock and reset.
@@ -18,14 +18,14 @@ pub struct Netlist {
     /// Names of its outputs.
     pub outputs: Vec<String>,
     /// What stands in it, in the order of the Verilog.
-    pub instances: Vec<Part>,
+    pub instances: Vec<Submodule>,
     /// What its own statements make of what.
     driven: Vec<Driven>,
 }
 
 /// A module in a module.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Part {
+pub struct Submodule {
     /// Its own name.
     pub name: String,
     /// Its module's.
@@ -60,37 +60,37 @@ pub enum End {
 /// From one end to another, with the names of the nets.
 pub type Connections = BTreeMap<(End, End), BTreeSet<String>>;
 
-impl Netlist {
+impl ModuleNetlist {
     /// That of a module of a design.
-    pub(super) fn of(types: &[ModuleType], index: usize) -> Netlist {
+    pub(super) fn of(types: &[ModuleType], index: usize) -> ModuleNetlist {
         let this = &types[index];
         let module = &this.module;
-        let port = |role: Role| {
+        let port = |role: SignalRole| {
             let ports = module.ports.iter().map(|&id| &module.signals[id]);
             let ports = ports.filter(move |port| port.role == role && !is_clock(&port.name));
             ports.map(|port| port.name.clone()).collect()
         };
-        let mut netlist = Netlist {
+        let mut netlist = ModuleNetlist {
             name: this.name.clone(),
-            inputs: port(Role::Input),
-            outputs: port(Role::Output),
-            ..Netlist::default()
+            inputs: port(SignalRole::Input),
+            outputs: port(SignalRole::Output),
+            ..ModuleNetlist::default()
         };
         for (instance, &(child, _)) in module.instances.iter().zip(&this.children) {
             let below = &types[child].module;
-            let side = |role: Role| {
-                let has_role = |named: &Named| {
+            let side = |role: SignalRole| {
+                let has_role = |named: &VectorName| {
                     let mut ports = below.ports.iter().map(|&id| &below.signals[id]);
                     ports.any(|port| port.name == named.name && port.role == role)
                 };
                 let ports = instance.connections.iter().filter(|(port, _)| has_role(port));
                 nets(module, ports.map(|(_, value)| value))
             };
-            netlist.instances.push(Part {
+            netlist.instances.push(Submodule {
                 name: instance.name.clone(),
                 module: types[child].name.clone(),
-                inputs: side(Role::Input),
-                outputs: side(Role::Output),
+                inputs: side(SignalRole::Input),
+                outputs: side(SignalRole::Output),
             });
         }
         netlist.driven.extend(module.assigns.iter().map(|assign| Driven {
@@ -109,7 +109,7 @@ impl Netlist {
 
     /// Adds what clocked statements make of what; what decides between them is one more thing
     /// that they follow from.
-    fn clocked(&mut self, module: &Module, statements: &[Statement]) {
+    fn clocked(&mut self, module: &VerilogModule, statements: &[Statement]) {
         for statement in statements {
             match statement {
                 Statement::Assign { target, value } => self.driven.push(Driven {
@@ -160,7 +160,7 @@ impl Netlist {
             if !seen.insert(net.clone()) {
                 continue;
             }
-            let drives = |instance: &Part| instance.outputs.contains(&net);
+            let drives = |instance: &Submodule| instance.outputs.contains(&net);
             if let Some(input) = self.inputs.iter().position(|input| *input == net) {
                 found.insert((End::Input(input), net));
             } else if let Some(instance) = self.instances.iter().position(drives) {
@@ -183,12 +183,15 @@ fn is_clock(name: &str) -> bool {
 }
 
 /// Names of the nets in some expressions, without constants, clock and reset.
-fn nets<'e>(module: &Module, expressions: impl IntoIterator<Item = &'e Expr>) -> Vec<String> {
+fn nets<'e>(
+    module: &VerilogModule,
+    expressions: impl IntoIterator<Item = &'e Expr>,
+) -> Vec<String> {
     let mut nets = Vec::new();
     for expression in expressions {
         expression.for_each_signal(&mut |id: SignalId| {
             let signal = &module.signals[id];
-            let is_net = !matches!(signal.role, Role::Constant | Role::Table);
+            let is_net = !matches!(signal.role, SignalRole::Constant | SignalRole::Table);
             if is_net && !is_clock(&signal.name) {
                 nets.push(signal.name.clone());
             }
@@ -211,11 +214,11 @@ mod tests {
             from: named(from),
             is_register,
         };
-        let netlist = Netlist {
+        let netlist = ModuleNetlist {
             name: "top".to_owned(),
             inputs: named(&["i_a"]),
             outputs: named(&["o_b", "o_c"]),
-            instances: vec![Part {
+            instances: vec![Submodule {
                 name: "first".to_owned(),
                 module: "leaf".to_owned(),
                 inputs: named(&["i_a"]),

@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use super::lines::Line;
+use super::lines::VerilogLine;
 use super::module_type::{ModuleType, Parameter};
 use super::number::Num;
 use super::prefix::Prefix;
 use super::scope::{CLOCK, RESET};
-use super::sheet::{Declaration, GENERATED, Group, INDICES, Sheet};
+use super::sheet::{Declaration, GENERATED, INDICES, InstanceGroup, Sheet};
 use super::text::{
     LINE_WIDTH, clocked_block, commented, expression, loop_head, operand_of, push_broken, symbol,
     wrapped,
@@ -316,7 +316,7 @@ struct Head {
 fn instance_head(
     types: &[ModuleType],
     this: &ModuleType,
-    group: &Group,
+    group: &InstanceGroup,
     members: &[usize],
 ) -> Head {
     let (child, _) = this.children[members[0]];
@@ -367,7 +367,7 @@ fn instance_head(
 }
 
 /// An instance, or a loop of them.
-fn instance(group: &Group, head: &str) -> String {
+fn instance(group: &InstanceGroup, head: &str) -> String {
     let mut out = match group.about.as_str() {
         "" => String::new(),
         about => format!("    // {about}\n"),
@@ -415,10 +415,10 @@ fn declarations(sheet: &Sheet) -> String {
     out
 }
 
-fn assignments(assigns: &[Line]) -> String {
+fn assignments(assigns: &[VerilogLine]) -> String {
     let mut out = String::new();
-    let (loops, plain): (Vec<&Line>, Vec<&Line>) =
-        assigns.iter().partition(|line| !matches!(line, Line::Store { .. }));
+    let (loops, plain): (Vec<&VerilogLine>, Vec<&VerilogLine>) =
+        assigns.iter().partition(|line| !matches!(line, VerilogLine::Store { .. }));
     if !plain.is_empty() {
         out.push('\n');
     }
@@ -432,19 +432,19 @@ fn assignments(assigns: &[Line]) -> String {
     out
 }
 
-fn push_assignment(out: &mut String, line: &Line, indent: usize) {
+fn push_assignment(out: &mut String, line: &VerilogLine, indent: usize) {
     match line {
-        Line::Store { target, value } => {
+        VerilogLine::Store { target, value } => {
             let head = format!("assign {} =", expression(target));
             push_broken(out, indent, &head, &format!("{};", expression(value)));
         }
-        Line::Loop { index, trips, body } => {
+        VerilogLine::Loop { index, trips, body } => {
             let head = loop_head(trips, index);
             let _ = writeln!(out, "{:indent$}{head} begin : gen_{}", "", label(body));
             body.iter().for_each(|line| push_assignment(out, line, indent + 4));
             let _ = writeln!(out, "{:indent$}end", "");
         }
-        Line::Fold { target, op, index, trips, operand, zero } => {
+        VerilogLine::Fold { target, op, index, trips, operand, zero } => {
             let inner = indent + 4;
             let target = expression(target);
             let _ = writeln!(
@@ -462,18 +462,18 @@ fn push_assignment(out: &mut String, line: &Line, indent: usize) {
             push_broken(out, inner + 4, &format!("{target} ="), &joined);
             let _ = writeln!(out, "{:inner$}end\n{:indent$}end", "", "");
         }
-        Line::If { .. } => {}
+        VerilogLine::If { .. } => {}
     }
 }
 
 /// What a loop of assignments makes first.
-fn label(body: &[Line]) -> String {
+fn label(body: &[VerilogLine]) -> String {
     match &body[0] {
-        Line::Store { target, .. } | Line::Fold { target, .. } => {
+        VerilogLine::Store { target, .. } | VerilogLine::Fold { target, .. } => {
             let text = expression(target);
             text.split('[').next().unwrap_or(&text).to_owned()
         }
-        Line::Loop { body, .. } => format!("{}_inner", label(body)),
-        Line::If { yes, .. } => label(yes),
+        VerilogLine::Loop { body, .. } => format!("{}_inner", label(body)),
+        VerilogLine::If { yes, .. } => label(yes),
     }
 }

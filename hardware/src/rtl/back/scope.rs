@@ -6,7 +6,7 @@ use rust_hdl_core::block::Block;
 use rust_hdl_core::probe::Probe;
 use rust_hdl_core::type_descriptor::TypeKind;
 
-use super::fault::{Fault, Refusal};
+use super::fault::{Fault, FaultyDescription};
 use crate::rtl::front::{Description, Marker, Size, told_by};
 
 /// A block with everything in it.
@@ -122,13 +122,13 @@ fn port(name: &str, about: &str) -> AtomInfo {
 }
 
 /// Collects the scopes of `top`.
-pub fn scopes_of(top: &dyn Block) -> Result<Scope, Refusal> {
+pub fn scopes_of(top: &dyn Block) -> Result<Scope, FaultyDescription> {
     let mut collector = Collector::default();
     top.accept("top", &mut collector);
     match (collector.fault, collector.done) {
         (Some(refusal), _) => Err(refusal),
         (None, Some(scope)) => Ok(scope),
-        (None, None) => Err(Refusal {
+        (None, None) => Err(FaultyDescription {
             module: "top".to_owned(),
             fault: Fault::Unsupported { construct: "a design without a block".to_owned() },
         }),
@@ -140,7 +140,7 @@ struct Collector {
     /// Each with the bundles that are open in it.
     open: Vec<(Scope, Vec<String>)>,
     done: Option<Scope>,
-    fault: Option<Refusal>,
+    fault: Option<FaultyDescription>,
 }
 
 impl Collector {
@@ -161,7 +161,7 @@ impl Probe for Collector {
             (Verilog::Blackbox(_) | Verilog::Wrapper(_), _) => Err("a black box".to_owned()),
         };
         let content = content.unwrap_or_else(|construct| {
-            self.fault.get_or_insert(Refusal {
+            self.fault.get_or_insert(FaultyDescription {
                 module: name.to_owned(),
                 fault: Fault::Unsupported { construct },
             });

@@ -5,10 +5,10 @@
 
 use std::collections::HashSet;
 
-use super::fault::Refusal;
-use super::module::Module;
+use super::fault::FaultyDescription;
+use super::module::VerilogModule;
 use super::module_type::{ModuleType, Parameter};
-use super::netlist::Netlist;
+use super::netlist::ModuleNetlist;
 use super::prefix::Prefix;
 use super::print::{LFSR_CHECK, given_text, module_text};
 use super::scope::{AtomInfo, Content, Scope};
@@ -25,11 +25,15 @@ pub struct ModuleText {
     /// The whole file.
     pub text: String,
     /// What is in it, and how that is connected; none of what only simulators read.
-    pub netlist: Option<Netlist>,
+    pub netlist: Option<ModuleNetlist>,
 }
 
 /// Translates and prints a design, the top module last.
-pub fn modules_of(top: &Scope, prefix: &Prefix, made_by: &str) -> Result<Vec<ModuleText>, Refusal> {
+pub fn modules_of(
+    top: &Scope,
+    prefix: &Prefix,
+    made_by: &str,
+) -> Result<Vec<ModuleText>, FaultyDescription> {
     let mut types = Vec::new();
     register(top, &mut types)?;
     make_names_unique(&mut types);
@@ -46,7 +50,7 @@ pub fn modules_of(top: &Scope, prefix: &Prefix, made_by: &str) -> Result<Vec<Mod
     let module = |index: usize| ModuleText {
         name: types[index].name.clone(),
         text: module_text(&types, index, prefix, made_by),
-        netlist: Some(Netlist::of(&types, index)),
+        netlist: Some(ModuleNetlist::of(&types, index)),
     };
     Ok(lfsr_check.into_iter().chain(given.into_iter().chain(own).map(module)).collect())
 }
@@ -56,11 +60,11 @@ pub fn modules_of(top: &Scope, prefix: &Prefix, made_by: &str) -> Result<Vec<Mod
 fn register(
     scope: &Scope,
     types: &mut Vec<ModuleType>,
-) -> Result<(usize, Vec<Parameter>), Refusal> {
+) -> Result<(usize, Vec<Parameter>), FaultyDescription> {
     if let Content::Marker(Marker::Given { module, text, contents, .. }) = &scope.content {
         return Ok((given(scope, module, (text, contents), types), Vec::new()));
     }
-    let module = Module::of(scope)?;
+    let module = VerilogModule::of(scope)?;
     let own = scope.atoms.iter().filter(|a| a.kind == AtomKind::Constant);
     let mut parameters: Vec<Parameter> = own
         .zip(&module.constants)
@@ -132,7 +136,7 @@ fn given(
     known.unwrap_or_else(|| {
         types.push(ModuleType {
             name: name.to_owned(),
-            module: Module::given(scope, name),
+            module: VerilogModule::given(scope, name),
             given: Some(text),
             contents: contents.clone(),
             sheet: Sheet::default(),

@@ -4,11 +4,11 @@
 use std::collections::HashMap;
 
 use super::expr::{Expr, SignalId, Statement};
-use super::lines::{Line, Step, folded, joined, lines, loops_joined};
-use super::module::{Assign, Instance, Module};
+use super::lines::{BitStatement, VerilogLine, folded, joined, lines, loops_joined};
+use super::module::{Assign, Instance, VerilogModule};
 use super::number::Num;
-use super::signals::{Element, Reset, Role, Signal, vectors};
-use super::term::{Leaf, Numbers, Says, Term};
+use super::signals::{Element, KernelSignal, ResetValue, SignalRole, vectors};
+use super::term::{HasNumbers, Leaf, Says, Term};
 
 /// What counts the trips of loops in clocked statements, the innermost first.
 pub const INDICES: [&str; 3] = ["i", "j", "k"];
@@ -23,13 +23,13 @@ pub struct Sheet {
     /// Registers and wires that are not ports.
     pub declarations: Vec<Declaration>,
     /// Continuous assignments.
-    pub assigns: Vec<Line>,
+    pub assigns: Vec<VerilogLine>,
     /// Instances of other modules.
-    pub groups: Vec<Group>,
+    pub groups: Vec<InstanceGroup>,
     /// Registers and their values after reset.
-    pub resets: Vec<Line>,
+    pub resets: Vec<VerilogLine>,
     /// Statements of the clocked block.
-    pub clocked: Vec<Line>,
+    pub clocked: Vec<VerilogLine>,
 }
 
 /// A port, register or wire.
@@ -49,7 +49,7 @@ pub struct Declaration {
 
 /// Instances of one module: one, or a vector of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Group {
+pub struct InstanceGroup {
     /// Name of an instance.
     pub name: String,
     /// How many there are.
@@ -62,14 +62,14 @@ pub struct Group {
     pub connections: Vec<(String, Term)>,
 }
 
-impl Group {
+impl InstanceGroup {
     /// Whether it is a vector, and not a single instance.
     pub fn is_family(&self) -> bool {
         self.count.constant() != Some(1)
     }
 }
 
-impl Numbers for Sheet {
+impl HasNumbers for Sheet {
     fn each_leaf(&mut self, see: &mut dyn FnMut(Leaf)) {
         for declaration in self.ports.iter_mut().chain(&mut self.declarations) {
             see(Leaf::Number(Says::Size, &mut declaration.width));
@@ -89,7 +89,11 @@ impl Numbers for Sheet {
 
 impl Sheet {
     /// How `module` is printed, the instances of which are `families`; each has `sizes`.
-    pub fn of(module: &Module, families: &[Vec<usize>], sizes: &[Vec<(String, u32)>]) -> Sheet {
+    pub fn of(
+        module: &VerilogModule,
+        families: &[Vec<usize>],
+        sizes: &[Vec<(String, u32)>],
+    ) -> Sheet {
         let packing = Packing::of(module);
         let mut assigns = Vec::new();
         let mut extra = Vec::new();
@@ -98,7 +102,7 @@ impl Sheet {
             let sizes = sizes[members[0]].iter();
             let (name, connections) =
                 connected(module, &packing, members, &mut assigns, &mut extra);
-            groups.push(Group {
+            groups.push(InstanceGroup {
                 name,
                 count: (members.len() as u32).into(),
                 about: module.instances[members[0]].about.clone(),
@@ -152,7 +156,8 @@ impl Sheet {
         let is_known =
             |name: &str| inner(name).is_some() || self.ports.iter().any(|port| port.name == name);
         self.assigns.iter().enumerate().find_map(|(at, line)| {
-            let Line::Store { target: Term::Name(target), value: Term::Name(value) } = line else {
+            let VerilogLine::Store { target: Term::Name(target), value: Term::Name(value) } = line
+            else {
                 return None;
             };
             match (inner(target), inner(value)) {
@@ -169,7 +174,7 @@ impl Sheet {
     /// What a loop builds up is a variable.
     fn declare_folds(&mut self) {
         for line in &self.assigns {
-            let Line::Fold { target: Term::Name(target), .. } = line else {
+            let VerilogLine::Fold { target: Term::Name(target), .. } = line else {
                 continue;
             };
             for one in self.declarations.iter_mut().filter(|one| one.name == *target) {
@@ -183,7 +188,7 @@ impl Sheet {
 
     /// Whether a loop that makes hardware counts with `index`.
     pub fn generates_with(&self, index: &str) -> bool {
-        let has_family = self.groups.iter().any(Group::is_family);
+        let has_family = self.groups.iter().any(InstanceGroup::is_family);
         (index == GENERATED[0] && has_family) || loops_with(&self.assigns, index)
     }
 
@@ -193,24 +198,24 @@ impl Sheet {
     }
 }
 
-fn loops_with(lines: &[Line], index: &str) -> bool {
+fn loops_with(lines: &[VerilogLine], index: &str) -> bool {
     lines.iter().any(|line| match line {
-        Line::Store { .. } | Line::Fold { .. } => false,
-        Line::If { yes, no, .. } => loops_with(yes, index) || loops_with(no, index),
-        Line::Loop { index: own, body, .. } => *own == index || loops_with(body, index),
+        VerilogLine::Store { .. } | VerilogLine::Fold { .. } => false,
+        VerilogLine::If { yes, no, .. } => loops_with(yes, index) || loops_with(no, index),
+        VerilogLine::Loop { index: own, body, .. } => *own == index || loops_with(body, index),
     })
 }
 
 /// Where the signals of a module are in packed ones.
 struct Packing {
     /// The module's signals, and behind them the packed ones.
-    signals: Vec<Signal>,
+    signals: Vec<KernelSignal>,
     /// Packed signal, and the place of the lowest bit.
     places: HashMap<SignalId, (SignalId, u32)>,
 }
 
 impl Packing {
-    fn of(module: &Module) -> Packing {
+    fn of(module: &VerilogModule) -> Packing {
         let own = &module.signals;
         let mut signals = own.clone();
         let mut packed: HashMap<String, SignalId> = HashMap::new();
@@ -237,7 +242,7 @@ impl Packing {
             };
             let whole = *packed.entry(all.clone()).or_insert_with(|| {
                 let first = &own[elements[0]];
-                signals.push(Signal {
+                signals.push(KernelSignal {
                     name: all.clone(),
                     width: first.width * elements.len() as u32,
                     element: None,
@@ -263,15 +268,15 @@ impl Packing {
         expr.replaced(&value_of).expect("parts of signals are signals' parts")
     }
 
-    fn step(&self, target: SignalId, value: &Expr) -> Step {
+    fn step(&self, target: SignalId, value: &Expr) -> BitStatement {
         let (id, low) = self.place(target);
-        Step::Store { id, low, value: self.expr(value) }
+        BitStatement::Store { id, low, value: self.expr(value) }
     }
 
-    fn steps(&self, module: &Module, statements: &[Statement]) -> Vec<Step> {
+    fn steps(&self, module: &VerilogModule, statements: &[Statement]) -> Vec<BitStatement> {
         let step = |statement: &Statement| match statement {
             Statement::Assign { target, value } => self.step(module.register_of(*target), value),
-            Statement::If { test, yes, no } => Step::If {
+            Statement::If { test, yes, no } => BitStatement::If {
                 test: self.expr(test),
                 yes: self.steps(module, yes),
                 no: self.steps(module, no),
@@ -292,7 +297,7 @@ impl Packing {
                 continue;
             }
             // The port of an instance says what it is.
-            let is_said = !matches!(signal.role, Role::InstanceOutput(_));
+            let is_said = !matches!(signal.role, SignalRole::InstanceOutput(_));
             out.push(Declaration {
                 kind,
                 width: signal.width.into(),
@@ -304,21 +309,21 @@ impl Packing {
         out
     }
 
-    fn ports(&self, module: &Module) -> Vec<Declaration> {
+    fn ports(&self, module: &VerilogModule) -> Vec<Declaration> {
         let is_register = |id: SignalId| {
             let name = &self.signals[self.place(id).0].name;
             let registers = module.registers.iter();
             registers.into_iter().any(|(q, _)| self.signals[self.place(*q).0].name == *name)
         };
         let kind = |id: SignalId| match module.signals[id].role {
-            Role::Input => "input  wire",
+            SignalRole::Input => "input  wire",
             _ if is_register(id) => "output reg ",
             _ => "output wire",
         };
         self.declared(module.ports.iter().map(|id| (kind(*id), *id)))
     }
 
-    fn declarations(&self, module: &Module) -> Vec<Declaration> {
+    fn declarations(&self, module: &VerilogModule) -> Vec<Declaration> {
         let ports = self.ports(module);
         let registers = module.registers.iter().map(|(id, _)| ("reg ", *id));
         let wires = module.wires.iter().map(|id| ("wire", *id));
@@ -327,12 +332,12 @@ impl Packing {
         all.into_iter().filter(|declaration| !is_port(&declaration.name)).collect()
     }
 
-    fn resets(&self, module: &Module) -> Vec<Line> {
-        let store = |(id, reset): &(SignalId, Reset)| {
+    fn resets(&self, module: &VerilogModule) -> Vec<VerilogLine> {
+        let store = |(id, reset): &(SignalId, ResetValue)| {
             let width = module.signals[*id].width;
             let value = match reset {
-                Reset::Literal(value) => Expr::Literal { value: *value, width },
-                Reset::Constant(constant) => Expr::Signal { id: *constant, width },
+                ResetValue::Literal(value) => Expr::Literal { value: *value, width },
+                ResetValue::Constant(constant) => Expr::Signal { id: *constant, width },
             };
             self.step(*id, &value)
         };
@@ -365,10 +370,10 @@ pub fn families<K: PartialEq>(instances: &[Instance], kinds: &[K]) -> Vec<Vec<us
 /// The name of instances, and what they are connected to; adds wires and assignments where that
 /// differs in more than its place.
 fn connected(
-    module: &Module,
+    module: &VerilogModule,
     packing: &Packing,
     members: &[usize],
-    assigns: &mut Vec<Line>,
+    assigns: &mut Vec<VerilogLine>,
     extra: &mut Vec<Declaration>,
 ) -> (String, Vec<(String, Term)>) {
     let first = &module.instances[members[0]];
@@ -403,10 +408,10 @@ fn connected(
                 let is_taken = each[0].iter().any(|(port, _)| *port == output);
                 let short = if is_taken { port } else { short };
                 let id = signals.len();
-                signals.push(Signal {
+                signals.push(KernelSignal {
                     name: format!("{name}_{short}"),
                     width: width * members.len() as u32,
-                    role: Role::Local,
+                    role: SignalRole::Local,
                     about: String::new(),
                     heading: None,
                     value: 0,
@@ -419,7 +424,7 @@ fn connected(
                     about: String::new(),
                     heading: None,
                 });
-                let stores = each.iter().enumerate().map(|(place, ports)| Step::Store {
+                let stores = each.iter().enumerate().map(|(place, ports)| BitStatement::Store {
                     id,
                     low: width * place as u32,
                     value: ports[number].1.clone(),

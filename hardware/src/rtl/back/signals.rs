@@ -13,13 +13,13 @@ use crate::rtl::front::{Description, Marker};
 
 /// Something that a kernel can name.
 #[derive(Debug, Clone)]
-pub struct Signal {
+pub struct KernelSignal {
     /// Name in the Verilog.
     pub name: String,
     /// Bits.
     pub width: u32,
     /// What it is in its module.
-    pub role: Role,
+    pub role: SignalRole,
     /// Description; empty for pins.
     pub about: String,
     /// Heading in the port list.
@@ -40,9 +40,9 @@ pub struct Element {
 }
 
 /// What a signal is in its module; numbers index the registers, tables
-/// or instances of [`Names`].
+/// or instances of [`ModuleNames`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
+pub enum SignalRole {
     /// Port driven from outside.
     Input,
     /// Port driven by the module.
@@ -73,12 +73,12 @@ pub struct RegisterPins {
     /// The register itself.
     pub q: SignalId,
     /// Value after reset.
-    pub reset: Reset,
+    pub reset: ResetValue,
 }
 
 /// A register's value after reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reset {
+pub enum ResetValue {
     /// A number.
     Literal(u128),
     /// One of the module's constants.
@@ -110,16 +110,16 @@ pub struct InstancePins {
     /// Its vector of instances, and its place there.
     pub element: Option<Element>,
     /// Ports as (name in the child, signal here).
-    pub ports: Vec<(Named, SignalId)>,
+    pub ports: Vec<(VectorName, SignalId)>,
 }
 
 /// Every name of a module.
 #[derive(Debug, Default)]
-pub struct Names {
+pub struct ModuleNames {
     /// The header, if the block has one.
     pub description: Option<Description>,
     /// All signals.
-    pub signals: Vec<Signal>,
+    pub signals: Vec<KernelSignal>,
     /// Registers, in the order of declaration.
     pub registers: Vec<RegisterPins>,
     /// Tables.
@@ -130,17 +130,19 @@ pub struct Names {
     vectors: HashMap<String, Vec<SignalId>>,
 }
 
-impl Names {
+impl ModuleNames {
     /// The names of `scope`.
-    pub fn of(scope: &Scope) -> Result<Names, Fault> {
-        let mut names = Names::default();
+    pub fn of(scope: &Scope) -> Result<ModuleNames, Fault> {
+        let mut names = ModuleNames::default();
         let atom_names = plain_names(scope.atoms.iter().map(|a| a.outer_key.as_str()));
         for (atom, name) in scope.atoms.iter().zip(atom_names) {
             let (role, name) = match atom.kind {
-                AtomKind::InputParameter => (Role::Input, name),
-                AtomKind::OutputParameter => (Role::Output, name),
-                AtomKind::LocalSignal => (Role::Local, name),
-                AtomKind::Constant => (Role::Constant, Named::alone(name.name.to_uppercase())),
+                AtomKind::InputParameter => (SignalRole::Input, name),
+                AtomKind::OutputParameter => (SignalRole::Output, name),
+                AtomKind::LocalSignal => (SignalRole::Local, name),
+                AtomKind::Constant => {
+                    (SignalRole::Constant, VectorName::alone(name.name.to_uppercase()))
+                }
                 _ => {
                     let name = name.name;
                     return Err(Fault::Unsupported {
@@ -199,9 +201,16 @@ impl Names {
         self.by_key.get(key).copied()
     }
 
-    fn add(&mut self, key: &str, named: Named, width: u32, role: Role, about: &str) -> SignalId {
+    fn add(
+        &mut self,
+        key: &str,
+        named: VectorName,
+        width: u32,
+        role: SignalRole,
+        about: &str,
+    ) -> SignalId {
         let id = self.signals.len();
-        self.signals.push(Signal {
+        self.signals.push(KernelSignal {
             name: named.name,
             width,
             role,
@@ -214,10 +223,15 @@ impl Names {
         id
     }
 
-    fn add_inline(&mut self, child: &Scope, name: Named, marker: &Marker) -> Result<(), Fault> {
+    fn add_inline(
+        &mut self,
+        child: &Scope,
+        name: VectorName,
+        marker: &Marker,
+    ) -> Result<(), Fault> {
         match marker {
             Marker::Register { name: given, reset_value, reset_constant, about } => {
-                let name = given.clone().map_or(name, Named::alone);
+                let name = given.clone().map_or(name, VectorName::alone);
                 let reset = (*reset_value, reset_constant.as_deref());
                 self.add_register(child, &name, reset, about)?;
             }
@@ -230,28 +244,28 @@ impl Names {
     fn add_register(
         &mut self,
         child: &Scope,
-        name: &Named,
+        name: &VectorName,
         (value, constant): (u128, Option<&str>),
         about: &str,
     ) -> Result<(), Fault> {
         let index = self.registers.len();
         let width = child.width_of("q");
         let reset = match constant {
-            None => Reset::Literal(value),
+            None => ResetValue::Literal(value),
             Some(constant) => {
                 let id = self
                     .find(constant)
                     .ok_or_else(|| Fault::UnknownName { name: constant.to_owned() })?;
                 check_reset_constant(&self.signals[id], &name.name, width, value)?;
-                Reset::Constant(id)
+                ResetValue::Constant(id)
             }
         };
-        let mut pin = |pin: &str, name: Named, width, role, about: &str| {
+        let mut pin = |pin: &str, name: VectorName, width, role, about: &str| {
             self.add(&child.pin(pin), name, width, role, about)
         };
-        let inner = |pin: &str| Named::alone(format!("{}.{pin}", name.name));
-        pin("d", inner("d"), width, Role::RegisterD(index), "");
-        let q = pin("q", name.between("", "_r"), width, Role::RegisterQ(index), about);
+        let inner = |pin: &str| VectorName::alone(format!("{}.{pin}", name.name));
+        pin("d", inner("d"), width, SignalRole::RegisterD(index), "");
+        let q = pin("q", name.between("", "_r"), width, SignalRole::RegisterQ(index), about);
         self.registers.push(RegisterPins { q, reset });
         Ok(())
     }
@@ -260,17 +274,17 @@ impl Names {
         let index = self.tables.len();
         let width = child.width_of("address");
         let mut pin = |pin: &str, name: String, width, role, about: &str| {
-            self.add(&child.pin(pin), Named::alone(name), width, role, about)
+            self.add(&child.pin(pin), VectorName::alone(name), width, role, about)
         };
-        let contents = pin("", name.to_uppercase(), 1 << width, Role::Table, about);
+        let contents = pin("", name.to_uppercase(), 1 << width, SignalRole::Table, about);
         let address_name = format!("{name}.address");
-        let address = pin("address", address_name, width, Role::TableAddress(index), "");
-        let data = pin("data", format!("{name}_entry"), 1, Role::TableData(index), about);
+        let address = pin("address", address_name, width, SignalRole::TableAddress(index), "");
+        let data = pin("data", format!("{name}_entry"), 1, SignalRole::TableData(index), about);
         self.tables.push(TablePins { contents, bits: bits.to_vec(), address, data });
     }
 
     /// Adds an instance; `are_alike` says whether those of its vector have the same ports.
-    fn add_instance(&mut self, child: &Scope, name: &Named, are_alike: bool, index: usize) {
+    fn add_instance(&mut self, child: &Scope, name: &VectorName, are_alike: bool, index: usize) {
         let instance = self.instances.len();
         let ports = ports_of(child);
         let port_names = plain_names(ports.clone().map(|a| a.outer_key.as_str()));
@@ -280,15 +294,16 @@ impl Names {
             // they get the shorter names.
             let is_input = port.kind == AtomKind::InputParameter;
             let role = if is_input {
-                Role::InstanceInput(instance)
+                SignalRole::InstanceInput(instance)
             } else {
-                Role::InstanceOutput(instance)
+                SignalRole::InstanceOutput(instance)
             };
             let short = |port: &str| match is_input {
                 true => port.to_owned(),
                 false => port.strip_prefix("o_").unwrap_or(port).to_owned(),
             };
-            let all_of = |port: &Named| port.element.as_ref().map(|element| element.all.clone());
+            let all_of =
+                |port: &VectorName| port.element.as_ref().map(|element| element.all.clone());
             let all = all_of(port_name).unwrap_or_else(|| port_name.name.clone());
             let of_port = port_names.iter().filter(|other| all_of(other) == Some(all.clone()));
             let place = port_name.element.as_ref().map(|element| element.place);
@@ -303,7 +318,7 @@ impl Names {
                 (_, None) => None,
             };
             let wire = format!("{}_{}", name.name, short(&port_name.name));
-            let wire = Named { name: wire, element };
+            let wire = VectorName { name: wire, element };
             let id = self.add(&child.pin(&port.outer_key), wire, port.width, role, &port.about);
             pins.push((port_name.clone(), id));
         }
@@ -340,7 +355,7 @@ impl Names {
 }
 
 fn check_reset_constant(
-    constant: &Signal,
+    constant: &KernelSignal,
     register: &str,
     width: u32,
     reset_value: u128,
@@ -352,7 +367,7 @@ fn check_reset_constant(
             right: constant.width,
         });
     }
-    if constant.value != reset_value || constant.role != Role::Constant {
+    if constant.value != reset_value || constant.role != SignalRole::Constant {
         return Err(Fault::Unsupported {
             construct: format!("a reset of `{register}` that is not its constant's value"),
         });
@@ -369,12 +384,12 @@ fn ports_of(scope: &Scope) -> impl Iterator<Item = &AtomInfo> + Clone {
 }
 
 /// Whether all blocks of the vector that `name` is in have the same ports.
-fn are_alike(children: &[Scope], name: &Named) -> bool {
+fn are_alike(children: &[Scope], name: &VectorName) -> bool {
     let Some(element) = &name.element else {
         return true;
     };
     let names = plain_names(children.iter().map(|child| child.name.as_str()));
-    let is_one = |other: &Named| other.element.as_ref().is_some_and(|e| e.all == element.all);
+    let is_one = |other: &VectorName| other.element.as_ref().is_some_and(|e| e.all == element.all);
     let ports = |scope| -> Vec<_> {
         ports_of(scope).map(|port: &AtomInfo| (port.outer_key.clone(), port.width)).collect()
     };
@@ -385,43 +400,43 @@ fn are_alike(children: &[Scope], name: &Named) -> bool {
 
 /// A name without `$`, and the vector that it belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Named {
+pub struct VectorName {
     /// Its own name.
     pub name: String,
     /// What the vector's name and the place make of it.
     pub element: Option<Element>,
 }
 
-impl Named {
+impl VectorName {
     /// What has `before` in front of its name and `after` behind it.
-    fn between(&self, before: &str, after: &str) -> Named {
+    fn between(&self, before: &str, after: &str) -> VectorName {
         let of = |name: &str| format!("{before}{name}{after}");
         let element = self.element.as_ref();
         let element = element.map(|e| Element { all: of(&e.all), place: e.place });
-        Named { name: of(&self.name), element }
+        VectorName { name: of(&self.name), element }
     }
 
     /// What is no element of a vector.
-    fn alone(name: impl Into<String>) -> Named {
-        Named { name: name.into(), element: None }
+    fn alone(name: impl Into<String>) -> VectorName {
+        VectorName { name: name.into(), element: None }
     }
 }
 
 /// Names without `$`: elements of a vector get `_n`, unless there is only one.
-fn plain_names<'a>(keys: impl Iterator<Item = &'a str> + Clone) -> Vec<Named> {
+fn plain_names<'a>(keys: impl Iterator<Item = &'a str> + Clone) -> Vec<VectorName> {
     let all: HashSet<&str> = keys.clone().collect();
     let named = |key: &str| {
         let name = key.replace('$', "_");
         let (base, place) = match key.rsplit_once('$') {
             Some((base, place)) => (base, place.parse::<usize>().ok()),
-            None => return Named::alone(name),
+            None => return VectorName::alone(name),
         };
         let is_only = !all.contains(format!("{base}$1").as_str());
         let base = base.replace('$', "_");
         match place {
-            Some(0) if is_only => Named::alone(base),
-            Some(place) => Named { name, element: Some(Element { all: base, place }) },
-            None => Named::alone(name),
+            Some(0) if is_only => VectorName::alone(base),
+            Some(place) => VectorName { name, element: Some(Element { all: base, place }) },
+            None => VectorName::alone(name),
         }
     };
     keys.map(named).collect()
@@ -429,7 +444,7 @@ fn plain_names<'a>(keys: impl Iterator<Item = &'a str> + Clone) -> Vec<Named> {
 
 /// Signals that are elements of one vector: their number, by its name. Those of unlike widths or
 /// roles are none, nor are those of which some are missing.
-pub fn vectors(signals: &[Signal]) -> HashMap<String, Vec<SignalId>> {
+pub fn vectors(signals: &[KernelSignal]) -> HashMap<String, Vec<SignalId>> {
     let mut found: HashMap<String, Vec<SignalId>> = HashMap::new();
     for (id, signal) in signals.iter().enumerate() {
         if let Some(element) = &signal.element {

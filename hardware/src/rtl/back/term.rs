@@ -3,7 +3,7 @@
 
 use super::expr::{BinaryOp, Expr, UnaryOp};
 use super::number::Num;
-use super::signals::Signal;
+use super::signals::KernelSignal;
 
 /// An expression of the text.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -52,7 +52,7 @@ pub enum Term {
 
 impl Term {
     /// How `expr` is printed.
-    pub fn of(expr: &Expr, signals: &[Signal]) -> Term {
+    pub fn of(expr: &Expr, signals: &[KernelSignal]) -> Term {
         let boxed = |e: &Expr| Box::new(Term::of(e, signals));
         match expr {
             Expr::Signal { id, .. } => Term::Name(signals[*id].name.clone()),
@@ -93,7 +93,7 @@ impl Term {
     }
 
     /// Bits `low ..= high` of a signal.
-    pub fn part(signal: &Signal, high: u32, low: u32) -> Term {
+    pub fn part(signal: &KernelSignal, high: u32, low: u32) -> Term {
         let name = signal.name.clone();
         if low == 0 && high + 1 == signal.width {
             return Term::Name(name);
@@ -121,7 +121,7 @@ pub enum Leaf<'t> {
 }
 
 /// What has numbers in it, in an order of its own.
-pub trait Numbers: Clone + PartialEq {
+pub trait HasNumbers: Clone + PartialEq {
     /// Calls `see` with every number, and with every name of a signal.
     fn each_leaf(&mut self, see: &mut dyn FnMut(Leaf));
 
@@ -186,7 +186,7 @@ pub trait Numbers: Clone + PartialEq {
     }
 }
 
-impl Numbers for Term {
+impl HasNumbers for Term {
     fn each_leaf(&mut self, see: &mut dyn FnMut(Leaf)) {
         match self {
             Term::Name(name) => see(Leaf::Name(name)),
@@ -215,7 +215,7 @@ impl Numbers for Term {
     }
 }
 
-impl<T: Numbers> Numbers for Vec<T> {
+impl<T: HasNumbers> HasNumbers for Vec<T> {
     fn each_leaf(&mut self, see: &mut dyn FnMut(Leaf)) {
         self.iter_mut().for_each(|inner| inner.each_leaf(see));
     }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::expr::{BinaryOp, UnaryOp};
-use super::lines::Line;
+use super::lines::VerilogLine;
 use super::number::Num;
 use super::sheet::Sheet;
 use super::term::Term;
@@ -118,7 +118,7 @@ pub fn clocked_block(sheet: &Sheet) -> String {
     push_lines(&mut out, &sheet.resets, 12);
     match sheet.clocked.as_slice() {
         [] => out.push_str("        end\n"),
-        [Line::If { test, yes, no }] => push_if(&mut out, "end else if", (test, yes, no), 8),
+        [VerilogLine::If { test, yes, no }] => push_if(&mut out, "end else if", (test, yes, no), 8),
         block => {
             out.push_str("        end else begin\n");
             push_lines(&mut out, block, 12);
@@ -134,16 +134,16 @@ pub fn loop_head(trips: &Num, index: &str) -> String {
     format!("for ({index} = 0; {index} < {}; {index} = {index} + 1)", trips.text())
 }
 
-fn push_lines(out: &mut String, block: &[Line], indent: usize) {
+fn push_lines(out: &mut String, block: &[VerilogLine], indent: usize) {
     for line in block {
         match line {
-            Line::Store { target, value } => {
+            VerilogLine::Store { target, value } => {
                 let head = format!("{} <=", expression(target));
                 push_broken(out, indent, &head, &format!("{};", expression(value)));
             }
-            Line::If { test, yes, no } => push_if(out, "if", (test, yes, no), indent),
-            Line::Fold { .. } => {}
-            Line::Loop { index, trips, body } => {
+            VerilogLine::If { test, yes, no } => push_if(out, "if", (test, yes, no), indent),
+            VerilogLine::Fold { .. } => {}
+            VerilogLine::Loop { index, trips, body } => {
                 let _ = writeln!(out, "{:indent$}{} begin", "", loop_head(trips, index));
                 push_lines(out, body, indent + 4);
                 let _ = writeln!(out, "{:indent$}end", "");
@@ -156,7 +156,7 @@ fn push_lines(out: &mut String, block: &[Line], indent: usize) {
 fn push_if(
     out: &mut String,
     head: &str,
-    (test, yes, no): (&Term, &[Line], &[Line]),
+    (test, yes, no): (&Term, &[VerilogLine], &[VerilogLine]),
     indent: usize,
 ) {
     if yes.is_empty() {
@@ -168,7 +168,7 @@ fn push_if(
     push_lines(out, yes, indent + 4);
     match no {
         [] => {}
-        [Line::If { test, yes, no }] => {
+        [VerilogLine::If { test, yes, no }] => {
             return push_if(out, "end else if", (test, yes, no), indent);
         }
         block => {

@@ -7,13 +7,13 @@
 use std::collections::HashMap;
 
 use super::expr::UnaryOp;
-use super::fault::Refusal;
-use super::lines::Line;
-use super::module::Module;
+use super::fault::FaultyDescription;
+use super::lines::VerilogLine;
+use super::module::VerilogModule;
 use super::number::Num;
 use super::scope::scopes_of;
 use super::sheet::{GENERATED, Sheet, families};
-use super::term::{Numbers, Term};
+use super::term::{HasNumbers, Term};
 use crate::rtl::front::Size;
 
 /// How far above an instance's size it is looked for two of which one follows from the other: of
@@ -21,14 +21,14 @@ use crate::rtl::front::Size;
 const FARTHEST: u32 = 8;
 
 /// The sheet of a block of other `sizes`, all of which it takes.
-fn of_sizes(block: &[Size], values: &[u32]) -> Result<Sheet, Refusal> {
+fn of_sizes(block: &[Size], values: &[u32]) -> Result<Sheet, FaultyDescription> {
     let (size, value) = (&block[0], values[0]);
     let scope = scopes_of(&*size.of_size(value))?;
     if values.len() > 1 {
         let rest: Vec<Size> = scope.sizes()[1..].to_vec();
         return of_sizes(&rest, &values[1..]);
     }
-    let module = Module::of(&scope)?;
+    let module = VerilogModule::of(&scope)?;
     let sizes = module.sizes_below(&scope);
     let kinds: Vec<_> = module.instances.iter().map(|i| &scope.children[i.child]).collect();
     let kinds: Vec<_> = kinds.iter().map(|scope| scope.module_name()).zip(&sizes).collect();
@@ -40,7 +40,7 @@ fn of_sizes(block: &[Size], values: &[u32]) -> Result<Sheet, Refusal> {
 pub fn sheet_of_all(
     variants: &[(Vec<u32>, Sheet)],
     sizes: &[Size],
-) -> Result<Option<Sheet>, Refusal> {
+) -> Result<Option<Sheet>, FaultyDescription> {
     let (first, _) = &variants[0];
     let varying: Vec<usize> = (0..sizes.len())
         .filter(|&index| variants.iter().any(|(values, _)| values[index] != first[index]))
@@ -73,7 +73,11 @@ pub fn sheet_of_all(
 }
 
 /// The sheet of a block, and how it grows with each of its `varying` sizes.
-fn grown_from(base: &[u32], sizes: &[Size], varying: &[usize]) -> Result<Option<Sheet>, Refusal> {
+fn grown_from(
+    base: &[u32],
+    sizes: &[Size],
+    varying: &[usize],
+) -> Result<Option<Sheet>, FaultyDescription> {
     let alone = of_sizes(sizes, base)?;
     let mut sheet = alone.clone();
     for &index in varying {
@@ -125,53 +129,53 @@ fn unrolled(mut sheet: Sheet) -> Sheet {
 }
 
 /// Statements without loops; those between two tests in one order.
-fn unroll(lines: &[Line], widths: &HashMap<String, Num>, out: &mut Vec<Line>) {
+fn unroll(lines: &[VerilogLine], widths: &HashMap<String, Num>, out: &mut Vec<VerilogLine>) {
     let mut stores = Vec::new();
     spread(lines, widths, &mut stores);
-    let is_store = |line: &Line| matches!(line, Line::Store { .. });
+    let is_store = |line: &VerilogLine| matches!(line, VerilogLine::Store { .. });
     for run in stores.chunk_by_mut(|a, b| is_store(a) && is_store(b)) {
         run.sort_by_cached_key(|line| format!("{line:?}"));
     }
     out.extend(stores);
 }
 
-fn spread(lines: &[Line], widths: &HashMap<String, Num>, out: &mut Vec<Line>) {
+fn spread(lines: &[VerilogLine], widths: &HashMap<String, Num>, out: &mut Vec<VerilogLine>) {
     for line in lines {
         match line {
-            Line::Store { target, value } => {
+            VerilogLine::Store { target, value } => {
                 store(&plain(target, widths), &plain(value, widths), widths, out);
             }
-            Line::Loop { index, trips, body } => {
+            VerilogLine::Loop { index, trips, body } => {
                 for trip in 0..trips.constant().unwrap_or(0) as u32 {
                     spread(&body.at(&[(index, trip)]), widths, out);
                 }
             }
-            Line::Fold { target, op, index, trips, operand, .. } => {
+            VerilogLine::Fold { target, op, index, trips, operand, .. } => {
                 let operands = (0..trips.constant().unwrap_or(0) as u32)
                     .map(|trip| operand.at(&[(index, trip)]))
                     .reduce(|all, one| Term::Binary(*op, Box::new(all), Box::new(one)));
                 let value = operands.unwrap_or(Term::Concat(Vec::new()));
-                spread(&[Line::Store { target: target.clone(), value }], widths, out);
+                spread(&[VerilogLine::Store { target: target.clone(), value }], widths, out);
             }
-            Line::If { test, yes, no } => {
+            VerilogLine::If { test, yes, no } => {
                 let (mut when, mut otherwise) = (Vec::new(), Vec::new());
                 unroll(yes, widths, &mut when);
                 unroll(no, widths, &mut otherwise);
-                out.push(Line::If { test: plain(test, widths), yes: when, no: otherwise });
+                out.push(VerilogLine::If { test: plain(test, widths), yes: when, no: otherwise });
             }
         }
     }
 }
 
 /// A store, of each part where the value is parts side by side.
-fn store(target: &Term, value: &Term, widths: &HashMap<String, Num>, out: &mut Vec<Line>) {
+fn store(target: &Term, value: &Term, widths: &HashMap<String, Num>, out: &mut Vec<VerilogLine>) {
     let place = match target {
         Term::Name(name) => Some((name, Num::default())),
         Term::Part { name, low, .. } => Some((name, low.clone())),
         _ => None,
     };
     let (Some((name, mut low)), Term::Concat(parts)) = (place, value) else {
-        out.push(Line::Store { target: target.clone(), value: value.clone() });
+        out.push(VerilogLine::Store { target: target.clone(), value: value.clone() });
         return;
     };
     for part in parts.iter().rev() {
@@ -180,7 +184,7 @@ fn store(target: &Term, value: &Term, widths: &HashMap<String, Num>, out: &mut V
             other => other.width().unwrap_or_default(),
         };
         let target = Term::Part { name: name.clone(), low: low.clone(), width: width.clone() };
-        out.push(Line::Store { target: plain(&target, widths), value: part.clone() });
+        out.push(VerilogLine::Store { target: plain(&target, widths), value: part.clone() });
         low = low.add(&width);
     }
 }

@@ -35,7 +35,7 @@ pub use clock::tick;
 pub use inline::BitTable;
 pub use marker::{About, Description, Marker, Size, StateCheck, told_by};
 pub use memory::{GivenMemory, LookupMemory, Memory, RegisterMemory};
-pub use net::{Constant, Input, InputPort, Inputs, Local, Net, Output, Value};
+pub use net::{BlockInputs, Constant, Input, InputPort, Local, Net, NetValue, Output};
 pub use optional::Optional;
 pub use register::Register;
 pub use word::{SignedWord, Word, bit_cast, gather, signed_cast};
@@ -48,7 +48,8 @@ pub mod prelude {
     pub use rust_hdl_core::{ast, probe};
 
     pub use super::{
-        About, BitTable, Constant, Input, InputPort, Inputs, Local, LookupMemory, Memory, Optional,
-        Output, Register, RegisterMemory, StateCheck, Word, bit_cast, gather, signed_cast, tree,
+        About, BitTable, BlockInputs, Constant, Input, InputPort, Local, LookupMemory, Memory,
+        Optional, Output, Register, RegisterMemory, StateCheck, Word, bit_cast, gather,
+        signed_cast, tree,
     };
 }

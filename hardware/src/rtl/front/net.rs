@@ -17,7 +17,7 @@ use super::word::Word;
 
 /// What a net carries: a [`Word`], or a `bool` for a single bit that kernels
 /// test with `if`.
-pub trait Value: Copy + PartialEq + std::fmt::Debug {
+pub trait NetValue: Copy + PartialEq + std::fmt::Debug {
     /// The value in `width` bits.
     fn fit(self, width: u32) -> Self;
     /// A number in `width` bits.
@@ -26,7 +26,7 @@ pub trait Value: Copy + PartialEq + std::fmt::Debug {
     fn number(self) -> u128;
 }
 
-impl Value for bool {
+impl NetValue for bool {
     fn fit(self, _width: u32) -> bool {
         self
     }
@@ -38,7 +38,7 @@ impl Value for bool {
     }
 }
 
-impl Value for Word {
+impl NetValue for Word {
     fn fit(self, width: u32) -> Word {
         Word::new(self.value(), width)
     }
@@ -52,7 +52,7 @@ impl Value for Word {
 
 /// A signal of run-time width, rust-hdl's `Signal` otherwise.
 #[derive(Debug, Clone)]
-pub struct Net<D: Direction, V: Value> {
+pub struct Net<D: Direction, V: NetValue> {
     /// What the kernel drives it with.
     pub next: V,
     val: V,
@@ -83,7 +83,7 @@ impl Direction for Fixed {
     const KIND: AtomKind = AtomKind::Constant;
 }
 
-impl<D: Direction, V: Value> Net<D, V> {
+impl<D: Direction, V: NetValue> Net<D, V> {
     fn with_width(width: u32, about: impl Into<String>) -> Self {
         Net {
             next: V::of(0, width),
@@ -149,21 +149,21 @@ impl Constant {
     }
 }
 
-impl<V: Value> Net<direction::In, V> {
+impl<V: NetValue> Net<direction::In, V> {
     /// The settled value.
     pub fn val(&self) -> V {
         self.val
     }
 }
 
-impl<V: Value> Net<direction::Out, V> {
+impl<V: NetValue> Net<direction::Out, V> {
     /// The value driven so far.
     pub fn val(&self) -> V {
         self.next.fit(self.width)
     }
 }
 
-impl<V: Value> Net<direction::Local, V> {
+impl<V: NetValue> Net<direction::Local, V> {
     /// The value driven so far.
     pub fn val(&self) -> V {
         self.next.fit(self.width)
@@ -171,7 +171,7 @@ impl<V: Value> Net<direction::Local, V> {
 }
 
 /// A block's inputs by name, for testbenches; `name$0`, `name$1` and so on are those of a vector.
-pub trait Inputs {
+pub trait BlockInputs {
     /// Sets the input of that name, if there is one.
     fn set(&mut self, port: &str, value: u128);
 }
@@ -182,7 +182,7 @@ pub trait InputPort {
     fn set_if(&mut self, name: &str, port: &str, value: u128);
 }
 
-impl<V: Value> InputPort for Input<V> {
+impl<V: NetValue> InputPort for Input<V> {
     fn set_if(&mut self, name: &str, port: &str, value: u128) {
         if name == port {
             self.next = V::of(value, self.width);
@@ -198,7 +198,7 @@ impl<P: InputPort> InputPort for Vec<P> {
     }
 }
 
-impl<D: Direction, V: Value> Atom for Net<D, V> {
+impl<D: Direction, V: NetValue> Atom for Net<D, V> {
     fn bits(&self) -> usize {
         self.width as usize
     }
@@ -247,11 +247,11 @@ impl<D: Direction, V: Value> Atom for Net<D, V> {
     }
 }
 
-impl<D: Direction, V: Value> Logic for Net<D, V> {
+impl<D: Direction, V: NetValue> Logic for Net<D, V> {
     fn update(&mut self) {}
 }
 
-impl<D: Direction, V: Value> Block for Net<D, V> {
+impl<D: Direction, V: NetValue> Block for Net<D, V> {
     fn connect_all(&mut self) {}
 
     fn update_all(&mut self) {

@@ -9,13 +9,13 @@ use rust_hdl_core::probe::Probe;
 
 use super::clock::edge;
 use super::marker::Marker;
-use super::net::{Input, Net, Output, Value};
+use super::net::{Input, Net, NetValue, Output};
 use super::word::Word;
 
 /// A register. The back end writes it into the clocked `always` of the module
 /// that holds it. Kernels drive `next`, and read `val()`.
 #[derive(Debug, Clone)]
-pub struct Register<V: Value> {
+pub struct Register<V: NetValue> {
     /// What `q` takes at a rising edge; without being driven it holds.
     pub d: Input<V>,
     /// What the register holds.
@@ -26,7 +26,7 @@ pub struct Register<V: Value> {
     about: String,
 }
 
-impl<V: Value> Register<V> {
+impl<V: NetValue> Register<V> {
     fn with_pins(d: Input<V>, q: Output<V>, reset_value: V, about: String) -> Self {
         Register {
             d: d.initially(reset_value),
@@ -75,20 +75,20 @@ impl Register<Word> {
     }
 }
 
-impl<V: Value> Deref for Register<V> {
+impl<V: NetValue> Deref for Register<V> {
     type Target = Input<V>;
     fn deref(&self) -> &Input<V> {
         &self.d
     }
 }
 
-impl<V: Value> DerefMut for Register<V> {
+impl<V: NetValue> DerefMut for Register<V> {
     fn deref_mut(&mut self) -> &mut Input<V> {
         &mut self.d
     }
 }
 
-impl<V: Value> Logic for Register<V> {
+impl<V: NetValue> Logic for Register<V> {
     fn update(&mut self) {}
 
     fn hdl(&self) -> Verilog {
@@ -102,7 +102,7 @@ impl<V: Value> Logic for Register<V> {
     }
 }
 
-impl<V: Value> Block for Register<V> {
+impl<V: NetValue> Block for Register<V> {
     fn connect_all(&mut self) {}
 
     fn update_all(&mut self) {

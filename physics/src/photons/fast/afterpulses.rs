@@ -13,7 +13,7 @@
 //! exponential: none comes if E >= A, else t = -tau ln(1 - E / A).
 
 use super::arithmetic::{
-    Floats, LANES, LONGEST_WAIT, Words, exp2_of_negative, exponential, minus_ln, to_ticks,
+    Floats, LANES, LONGEST_WAIT, LaneWords, exp2_of_negative, exponential, minus_ln, to_ticks,
 };
 use super::streams::LaneStreams;
 
@@ -42,7 +42,7 @@ impl Afterpulses {
 
     /// Shortens the waits to the next afterpulse.
     #[inline(always)]
-    pub fn shorten(&mut self, waits: &mut Words) {
+    pub fn shorten(&mut self, waits: &mut LaneWords) {
         let random = self.streams.next();
         for lane in 0..LANES {
             let mass = self.masses[lane];
@@ -56,7 +56,7 @@ impl Afterpulses {
     /// Lets the masses decay over `elapsed` ticks, and adds new afterpulses
     /// where the detector has fired (1, otherwise 0).
     #[inline(always)]
-    pub fn decay(&mut self, elapsed: &Words, fired: &Words) {
+    pub fn decay(&mut self, elapsed: &LaneWords, fired: &LaneWords) {
         for lane in 0..LANES {
             let halvings = elapsed[lane] as i32 as f32 * self.halvings_per_tick;
             let new = fired[lane] as i32 as f32 * self.mean_per_avalanche;

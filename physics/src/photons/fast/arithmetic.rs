@@ -20,7 +20,7 @@ pub const LANES: usize = 64;
 pub struct PerLane<T>([T; LANES]);
 
 /// One 32-bit word per lane.
-pub type Words = PerLane<u32>;
+pub type LaneWords = PerLane<u32>;
 /// One signed 32-bit word per lane.
 pub type Integers = PerLane<i32>;
 /// One number per lane.
@@ -56,7 +56,7 @@ pub struct LookUp {
     entries: Box<[u32]>,
     /// One less than their number. Of a single word, the compiler would make a scalar
     /// operation for each lane.
-    mask: Words,
+    mask: LaneWords,
 }
 
 impl LookUp {
@@ -64,14 +64,17 @@ impl LookUp {
     pub fn new(entries: impl Iterator<Item = u32>) -> LookUp {
         let mut entries: Vec<u32> = entries.collect();
         entries.resize(entries.len().next_power_of_two(), 0);
-        LookUp { mask: Words::all((entries.len() - 1) as u32), entries: entries.into_boxed_slice() }
+        LookUp {
+            mask: LaneWords::all((entries.len() - 1) as u32),
+            entries: entries.into_boxed_slice(),
+        }
     }
 
     /// The entries at one place per lane. A loop of its own, because the compiler
     /// makes vector loads of it only if nothing else is stored between them.
     #[inline(always)]
-    pub fn at(&self, places: &Words) -> Words {
-        let mut entries = Words::all(0);
+    pub fn at(&self, places: &LaneWords) -> LaneWords {
+        let mut entries = LaneWords::all(0);
         for lane in 0..LANES {
             // That the place has 31 bits, gathers of words want to know.
             let place = (places[lane] & self.mask[lane] & 0x7fff_ffff) as usize;
@@ -109,8 +112,8 @@ impl<const N: usize> FixedTable<N> {
 
     /// The entries at one place per lane, below N.
     #[inline(always)]
-    pub fn at(&self, places: &Words) -> Words {
-        let mut entries = Words::all(0);
+    pub fn at(&self, places: &LaneWords) -> LaneWords {
+        let mut entries = LaneWords::all(0);
         for lane in 0..LANES {
             entries[lane] = self.0[(places[lane] % N as u32) as usize];
         }

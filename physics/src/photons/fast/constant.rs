@@ -1,6 +1,6 @@
 //! Background: off-light, background and dark counts, one Poisson process.
 
-use super::arithmetic::{LANES, Words, exponential, to_ticks};
+use super::arithmetic::{LANES, LaneWords, exponential, to_ticks};
 use super::streams::LaneStreams;
 
 /// The background of all lanes.
@@ -17,7 +17,7 @@ impl ConstantLight {
 
     /// Shortens the waits to the next arrival.
     #[inline(always)]
-    pub fn shorten(&mut self, waits: &mut Words) {
+    pub fn shorten(&mut self, waits: &mut LaneWords) {
         let random = self.streams.next();
         for lane in 0..LANES {
             let wait = exponential(random[lane]) * self.mean_wait_ticks;

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use super::arithmetic::NORMAL_BOUND;
 use super::excess::OnTime;
-use super::members::{Crosstalk, MemberTables, PerMember, Target, Traps};
+use super::members::{CrosstalkTargets, LitMembers, MemberTables, PerMember, Traps};
 use super::normal::NORMAL_REACH;
 use super::places::{
     CHIP_TICKS, LONGEST_CHIPS, MOST_CODE_CHIPS, round_ticks, ticks, ticks_of_chips,
 };
 use super::profile::Profile;
-use super::sign::{EdgeTiming, SignTable, threshold_of};
+use super::sign::{SignEdges, SignTable, threshold_of};
 use crate::photons::DetectorModel;
 use crate::photons::detector::Coupled;
 use crate::photons::light::ExcessLight;
@@ -144,7 +144,7 @@ pub struct Tables {
     pub dead_time_ticks: u32,
     /// Mean wait for constant light, endless if there is none, and on whom it falls.
     pub constant_wait_ticks: f64,
-    pub constant_target: Target,
+    pub constant_target: LitMembers,
     /// None of a detector that is blind from each avalanche on for as long, and hears no other.
     pub members: Option<MemberTables>,
     /// Standard deviation of the jitter.
@@ -166,7 +166,7 @@ pub struct PathTable {
     /// What its random streams are told apart by.
     pub number: u64,
     /// On which members it falls.
-    pub target: Target,
+    pub target: LitMembers,
 }
 
 impl Tables {
@@ -186,7 +186,8 @@ impl Tables {
         let mut known: Vec<(&ExcessLight, LightTables)> = Vec::new();
         let mut paths = Vec::new();
         for (place, lit) in (0..).zip(&lit) {
-            let target = if model.pixel.is_some() { Target::All } else { Target::One(place) };
+            let target =
+                if model.pixel.is_some() { LitMembers::All } else { LitMembers::One(place) };
             for light in &lit.excess {
                 let is_alike = |other: &ExcessLight| {
                     Arc::ptr_eq(&light.code, &other.code) && Arc::ptr_eq(&light.shape, &other.shape)
@@ -211,7 +212,7 @@ impl Tables {
             dead_time_ticks,
             constant_wait_ticks: ticks(1.0 / constants.iter().sum::<f64>()),
             constant_target: match model.pixel.as_ref().is_some_and(|pixel| pixel.is_even()) {
-                true => Target::All,
+                true => LitMembers::All,
                 false => shares(&constants),
             },
             members,
@@ -227,14 +228,14 @@ pub fn jitter_reach_chips(model: &DetectorModel) -> f64 {
 }
 
 /// On whom light of these rates falls.
-fn shares(rates: &[f64]) -> Target {
+fn shares(rates: &[f64]) -> LitMembers {
     let all: f64 = rates.iter().sum();
     let mut until = 0.0;
     let thresholds = rates[1..].iter().zip(rates).map(|(_, rate)| {
         until += rate / all;
         threshold_of(until)
     });
-    Target::Shares(thresholds.collect())
+    LitMembers::Shares(thresholds.collect())
 }
 
 /// What the members of a detector are like, and do to one another.
@@ -259,8 +260,8 @@ fn member_tables(
         left: PerMember::of_floats(left),
     });
     let of_cells = model.pixel.iter().filter_map(|pixel| pixel.crosstalk);
-    let mut crosstalk: Vec<Crosstalk> = of_cells
-        .map(|(probability, delay_chips)| Crosstalk::Cells {
+    let mut crosstalk: Vec<CrosstalkTargets> = of_cells
+        .map(|(probability, delay_chips)| CrosstalkTargets::Cells {
             threshold: threshold_of(probability).max(0),
             delay: round_ticks(delay_chips) as u32,
         })
@@ -277,7 +278,7 @@ fn member_tables(
 }
 
 /// The links of coupled detectors, of each member one after another.
-fn links(coupled: &Coupled) -> Vec<Crosstalk> {
+fn links(coupled: &Coupled) -> Vec<CrosstalkTargets> {
     let number = coupled.models.len();
     let of = |member: usize| coupled.links.iter().filter(move |link| link.from == member);
     let most = (0..number).map(|member| of(member).count()).max().unwrap_or(0);
@@ -286,7 +287,7 @@ fn links(coupled: &Coupled) -> Vec<Crosstalk> {
         let column = |value: &dyn Fn(usize) -> u32| {
             PerMember::new(&(0..number).map(value).collect::<Vec<_>>())
         };
-        Crosstalk::Link {
+        CrosstalkTargets::Link {
             thresholds: column(&|of| {
                 threshold_of(link(of).map_or(0.0, |link| link.probability)) as u32
             }),
@@ -357,7 +358,7 @@ impl LightTables {
 
     /// The tables of a path: one, or where light reaches too far for a profile, one for each
     /// strand.
-    fn of(&self, light: &ExcessLight, target: &Target) -> Vec<PathTable> {
+    fn of(&self, light: &ExcessLight, target: &LitMembers) -> Vec<PathTable> {
         let table = |mean_wait_chips: f64, delay_chips: f64, number: u64| PathTable {
             on_time: Arc::clone(&self.on_time),
             profile: self.profile.clone(),
@@ -387,7 +388,7 @@ pub fn sign_table(model: &DetectorModel) -> Option<SignTable> {
         return None;
     }
     let chips = |ps: f64| model.timing.clock.chips(ps);
-    let timing = EdgeTiming {
+    let timing = SignEdges {
         rising_delay_chips: chips(model.counter.rising_delay_ps),
         falling_delay_chips: chips(model.counter.falling_delay_ps),
         transition_chips: chips(model.counter.transition_ps),

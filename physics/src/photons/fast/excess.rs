@@ -1,6 +1,6 @@
 //! The excess on-light of one path, by a change of time.
 
-use super::arithmetic::{LANES, LONGEST_WAIT, LookUp, Words, exponential, to_ticks, wrap};
+use super::arithmetic::{LANES, LONGEST_WAIT, LaneWords, LookUp, exponential, to_ticks, wrap};
 use super::places::{CHIP_BITS, CodePlaces, IN_CHIP, LONGEST_CHIPS, repeated};
 use super::profile::Profile;
 use super::streams::LaneStreams;
@@ -64,10 +64,10 @@ impl OnTime {
     /// With less than a period's on-time to pass, the end is found within the
     /// period: an arrival can never come out after the last lit chip.
     #[inline(always)]
-    fn until(&self, places: &CodePlaces, waits: &Words) -> (Words, Words, Words) {
+    fn until(&self, places: &CodePlaces, waits: &LaneWords) -> (LaneWords, LaneWords, LaneWords) {
         let before = self.before.at(&places.chips);
-        let mut lit = Words::all(0);
-        let mut ends = Words::all(0);
+        let mut lit = LaneWords::all(0);
+        let mut ends = LaneWords::all(0);
         for lane in 0..LANES {
             let if_lit = 0_u32.wrapping_sub(before[lane] & 1) & places.fractions[lane];
             let passed = if_lit.wrapping_add(waits[lane].min(self.last));
@@ -75,7 +75,7 @@ impl OnTime {
             ends[lane] = passed & IN_CHIP;
         }
         let starts = self.starts.at(&lit);
-        let mut elapsed = Words::all(0);
+        let mut elapsed = LaneWords::all(0);
         for lane in 0..LANES {
             let chip = starts[lane] & ((1 << START_BITS) - 1);
             let ahead = chip.wrapping_sub(places.chips[lane]);
@@ -92,7 +92,7 @@ impl OnTime {
 
 /// The excess light of one path in all lanes.
 #[derive(Debug, Clone)]
-pub struct ExcessLight<'t> {
+pub struct LaneExcessLight<'t> {
     on_time: &'t OnTime,
     pub streams: LaneStreams,
     /// Of the arriving code where the detectors get ready.
@@ -102,13 +102,13 @@ pub struct ExcessLight<'t> {
     pub edges: Option<(&'t Profile, LaneStreams)>,
 }
 
-impl<'t> ExcessLight<'t> {
+impl<'t> LaneExcessLight<'t> {
     pub fn new(
         on_time: &'t OnTime,
         profile: Option<&'t Profile>,
         mean_wait_ticks: f64,
-    ) -> ExcessLight<'t> {
-        ExcessLight {
+    ) -> LaneExcessLight<'t> {
+        LaneExcessLight {
             on_time,
             streams: LaneStreams::new(),
             places: CodePlaces::new(on_time.period_chips),
@@ -120,9 +120,9 @@ impl<'t> ExcessLight<'t> {
     /// Shortens the waits to the next arrival. A candidate that does not arrive cuts the
     /// wait: from there on, another one is drawn.
     #[inline(always)]
-    pub fn shorten(&mut self, waits: &mut Words, cuts: &mut Words) {
+    pub fn shorten(&mut self, waits: &mut LaneWords, cuts: &mut LaneWords) {
         let random = self.streams.next();
-        let mut on_waits = Words::all(0);
+        let mut on_waits = LaneWords::all(0);
         for lane in 0..LANES {
             let wait = exponential(random[lane]) * self.mean_wait_ticks;
             on_waits[lane] = to_ticks(wait);
@@ -183,7 +183,7 @@ mod tests {
                     time = end;
                 }
                 let expected = time + left - start;
-                let mut waits = Words::all(0);
+                let mut waits = LaneWords::all(0);
                 waits[0] = wait;
                 let found = i64::from(on_time.until(&places, &waits).0[0]);
                 let longest = i64::from(LONGEST_CHIPS - 1) << CHIP_BITS;

@@ -1,14 +1,14 @@
 //! The inner loop: one wait, and mostly one avalanche, in every lane.
 
 use super::afterpulses::Afterpulses;
-use super::arithmetic::{LANES, LONGEST_WAIT, Words};
+use super::arithmetic::{LANES, LONGEST_WAIT, LaneWords};
 use super::constant::ConstantLight;
 use super::domain::Tables;
-use super::excess::ExcessLight;
-use super::members::{Members, Target};
-use super::places::{Clock, round_ticks, ticks, ticks_of_chips};
+use super::excess::LaneExcessLight;
+use super::members::{LitMembers, Members};
+use super::places::{LaneTimes, round_ticks, ticks, ticks_of_chips};
 use crate::photons::DetectorModel;
-use crate::photons::random::{Part, StreamKey, scatter};
+use crate::photons::random::{RandomStream, StreamKey, scatter};
 
 /// Detectors at work side by side, each in a phase step of its own.
 ///
@@ -17,16 +17,16 @@ use crate::photons::random::{Part, StreamKey, scatter};
 #[derive(Debug)]
 pub struct Lanes<'t> {
     tables: &'t Tables,
-    paths: Vec<ExcessLight<'t>>,
+    paths: Vec<LaneExcessLight<'t>>,
     /// `None` if there is none, as for afterpulses: a part that does not exist
     /// costs nothing, and does as much as one of infinite waits.
     constant: Option<ConstantLight>,
     afterpulses: Option<Afterpulses>,
-    pub clock: Clock,
+    pub clock: LaneTimes,
     /// How far the clock went on in the last iteration.
-    pub elapsed: Words,
+    pub elapsed: LaneWords,
     /// 1 where the last iteration was an avalanche that counts, 0 where a wait was cut.
-    pub fired: Words,
+    pub fired: LaneWords,
     /// None of a detector that is blind from each avalanche on for as long, and hears no other.
     pub members: Option<Members<'t>>,
     iterations: u32,
@@ -38,7 +38,7 @@ const ITERATIONS_TO_SHRINK: u32 = 256;
 impl<'t> Lanes<'t> {
     pub fn new(model: &DetectorModel, tables: &'t Tables) -> Lanes<'t> {
         let path = |path: &'t super::domain::PathTable| {
-            ExcessLight::new(&path.on_time, path.profile.as_deref(), path.mean_wait_ticks)
+            LaneExcessLight::new(&path.on_time, path.profile.as_deref(), path.mean_wait_ticks)
         };
         Lanes {
             tables,
@@ -51,9 +51,9 @@ impl<'t> Lanes<'t> {
                 .afterpulsing
                 .filter(|_| tables.members.is_none())
                 .map(|a| Afterpulses::new(a.mean_per_avalanche, ticks(a.time_constant_chips))),
-            clock: Clock::new(),
-            elapsed: Words::all(0),
-            fired: Words::all(0),
+            clock: LaneTimes::new(),
+            elapsed: LaneWords::all(0),
+            fired: LaneWords::all(0),
             members: tables.members.as_ref().map(Members::new),
             iterations: 0,
         }
@@ -89,21 +89,21 @@ impl<'t> Lanes<'t> {
         }
         for (path, table) in self.paths.iter_mut().zip(&self.tables.paths) {
             let key = match table.target {
-                Target::One(member) => keys.get(member as usize).unwrap_or(key),
+                LitMembers::One(member) => keys.get(member as usize).unwrap_or(key),
                 _ => key,
             };
-            path.streams.restart(lane, key.hash(Part::Path(table.number)));
+            path.streams.restart(lane, key.hash(RandomStream::Path(table.number)));
             if let Some((_, streams)) = &mut path.edges {
-                streams.restart(lane, key.hash(Part::Path(scatter(table.number, 1))));
+                streams.restart(lane, key.hash(RandomStream::Path(scatter(table.number, 1))));
             }
             let position = model.code_position(key.repetition, key.group, table.code_chips);
             path.places.set(lane, ticks_of_chips(position) + start - table.delay_ticks);
         }
         if let Some(constant) = &mut self.constant {
-            constant.streams.restart(lane, shared.hash(Part::ConstantLight));
+            constant.streams.restart(lane, shared.hash(RandomStream::ConstantLight));
         }
         if let Some(afterpulses) = &mut self.afterpulses {
-            afterpulses.streams.restart(lane, key.hash(Part::Afterpulsing));
+            afterpulses.streams.restart(lane, key.hash(RandomStream::Afterpulsing));
             afterpulses.masses[lane] = 0.0;
         }
         self.clock.set(lane, start - border);
@@ -119,8 +119,8 @@ impl<'t> Lanes<'t> {
     /// for the same reason, and keeps every number small.
     #[inline(always)]
     pub fn iterate(&mut self) {
-        let mut waits = Words::all(LONGEST_WAIT);
-        let mut cuts = Words::all(self.tables.longest_wait_ticks);
+        let mut waits = LaneWords::all(LONGEST_WAIT);
+        let mut cuts = LaneWords::all(self.tables.longest_wait_ticks);
         if let Some(members) = &mut self.members {
             members.choose();
         }
@@ -155,12 +155,12 @@ impl<'t> Lanes<'t> {
 
     /// The detector fires at the end of a wait, and is blind from then on.
     #[inline(always)]
-    fn fire(&mut self, waits: &mut Words, cuts: &Words) {
+    fn fire(&mut self, waits: &mut LaneWords, cuts: &LaneWords) {
         let dead_time = self.tables.dead_time_ticks;
         if let Some(afterpulses) = &mut self.afterpulses {
             afterpulses.shorten(waits);
         }
-        let mut until_ready = Words::all(0);
+        let mut until_ready = LaneWords::all(0);
         for lane in 0..LANES {
             let wait = waits[lane].min(cuts[lane]);
             self.elapsed[lane] = wait.wrapping_add(self.fired[lane].wrapping_mul(dead_time));

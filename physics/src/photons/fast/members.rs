@@ -12,9 +12,9 @@
 //! member are one process, so those that are left as one of them fires go on with the new ones,
 //! less what decays in the dead time. There are as many places for what is pending as any lane has needed.
 
-use super::arithmetic::{Floats, LANES, LookUp, Words, exponential, minus_ln, to_ticks, wrap};
+use super::arithmetic::{Floats, LANES, LaneWords, LookUp, exponential, minus_ln, to_ticks, wrap};
 use super::streams::LaneStreams;
-use crate::photons::random::{Part, StreamKey, scatter};
+use crate::photons::random::{RandomStream, StreamKey, scatter};
 
 /// Nothing is pending: later than anything that is.
 const FREE: u32 = u32::MAX;
@@ -46,9 +46,9 @@ impl PerMember {
     }
 
     #[inline(always)]
-    fn at(&self, members: &Words) -> Words {
+    fn at(&self, members: &LaneWords) -> LaneWords {
         match self {
-            PerMember::Same(value) => Words::all(*value),
+            PerMember::Same(value) => LaneWords::all(*value),
             PerMember::Unlike(table) => table.at(members),
         }
     }
@@ -56,7 +56,7 @@ impl PerMember {
 
 /// On which members light falls.
 #[derive(Debug, Clone)]
-pub enum Target {
+pub enum LitMembers {
     /// On each as much.
     All,
     One(u32),
@@ -76,7 +76,7 @@ pub struct Traps {
 
 /// What an avalanche fires.
 #[derive(Debug, Clone)]
-pub enum Crosstalk {
+pub enum CrosstalkTargets {
     /// One of the other cells, each as likely.
     Cells { threshold: i32, delay: u32 },
     /// By the one that fires: a threshold to 31 random bits, whom it fires and when.
@@ -92,22 +92,22 @@ pub struct MemberTables {
     pub is_paralyzable: bool,
     pub dead_times: PerMember,
     pub traps: Option<Traps>,
-    pub crosstalk: Vec<Crosstalk>,
+    pub crosstalk: Vec<CrosstalkTargets>,
 }
 
 /// What is pending, one of each lane.
 #[derive(Debug, Clone)]
 struct Pending {
     /// Ticks until it is due, or [`FREE`].
-    left: Words,
-    what: Words,
+    left: LaneWords,
+    what: LaneWords,
     /// Expected number of afterpulses after it.
     masses: Floats,
 }
 
 impl Pending {
     fn none() -> Pending {
-        Pending { left: Words::all(FREE), what: Words::all(0), masses: Floats::all(0.0) }
+        Pending { left: LaneWords::all(FREE), what: LaneWords::all(0), masses: Floats::all(0.0) }
     }
 }
 
@@ -116,29 +116,29 @@ impl Pending {
 pub struct Members<'t> {
     tables: &'t MemberTables,
     /// Of each, ticks for which it is still blind, and one more: what comes the moment it gets ready is lost.
-    blind: Vec<Words>,
+    blind: Vec<LaneWords>,
     pending: Vec<Pending>,
     /// On whom light falls.
     choice: LaneStreams,
     trapped: LaneStreams,
     talk: Vec<LaneStreams>,
     /// Who decides, 31 bits.
-    chances: Words,
+    chances: LaneWords,
     /// Whom the earliest arrival falls on.
-    pub hit: Words,
+    pub hit: LaneWords,
 }
 
 impl<'t> Members<'t> {
     pub fn new(tables: &'t MemberTables) -> Members<'t> {
         Members {
             tables,
-            blind: vec![Words::all(0); tables.number as usize],
+            blind: vec![LaneWords::all(0); tables.number as usize],
             pending: vec![Pending::none()],
             choice: LaneStreams::new(),
             trapped: LaneStreams::new(),
             talk: tables.crosstalk.iter().map(|_| LaneStreams::new()).collect(),
-            chances: Words::all(0),
-            hit: Words::all(0),
+            chances: LaneWords::all(0),
+            hit: LaneWords::all(0),
         }
     }
 
@@ -150,10 +150,10 @@ impl<'t> Members<'t> {
         for pending in &mut self.pending {
             pending.left[lane] = FREE;
         }
-        self.choice.restart(lane, key.hash(Part::Member));
-        self.trapped.restart(lane, key.hash(Part::Afterpulsing));
+        self.choice.restart(lane, key.hash(RandomStream::Member));
+        self.trapped.restart(lane, key.hash(RandomStream::Afterpulsing));
         for (talk, number) in self.talk.iter_mut().zip(0..) {
-            talk.restart(lane, scatter(key.hash(Part::Crosstalk), number));
+            talk.restart(lane, scatter(key.hash(RandomStream::Crosstalk), number));
         }
         self.hit[lane] = 0;
     }
@@ -176,17 +176,17 @@ impl<'t> Members<'t> {
 
     /// Light of a target has shortened the waits.
     #[inline(always)]
-    pub fn aim(&mut self, target: &Target, before: &Words, waits: &Words) {
+    pub fn aim(&mut self, target: &LitMembers, before: &LaneWords, waits: &LaneWords) {
         match target {
-            Target::All => {}
-            Target::One(member) => {
+            LitMembers::All => {}
+            LitMembers::One(member) => {
                 for lane in 0..LANES {
                     let is_first = waits[lane] < before[lane];
                     self.hit[lane] = if is_first { *member } else { self.hit[lane] };
                 }
             }
-            Target::Shares(thresholds) => {
-                let mut members = Words::all(0);
+            LitMembers::Shares(thresholds) => {
+                let mut members = LaneWords::all(0);
                 for &threshold in thresholds {
                     for lane in 0..LANES {
                         let is_later = u32::from(self.chances[lane] as i32 > threshold);
@@ -204,9 +204,9 @@ impl<'t> Members<'t> {
     /// What comes first of light, of what is pending and of where waits are cut: gives how far
     /// time goes on, and 1 where an avalanche counts, otherwise 0.
     #[inline(always)]
-    pub fn arrive(&mut self, waits: &Words, cuts: &Words) -> (Words, Words) {
-        let (mut elapsed, mut what) = (Words::all(FREE), Words::all(0));
-        let (mut places, mut masses) = (Words::all(FREE), Floats::all(0.0));
+    pub fn arrive(&mut self, waits: &LaneWords, cuts: &LaneWords) -> (LaneWords, LaneWords) {
+        let (mut elapsed, mut what) = (LaneWords::all(FREE), LaneWords::all(0));
+        let (mut places, mut masses) = (LaneWords::all(FREE), Floats::all(0.0));
         for (pending, place) in self.pending.iter().zip(0..) {
             for lane in 0..LANES {
                 let is_first = pending.left[lane] < elapsed[lane];
@@ -216,7 +216,7 @@ impl<'t> Members<'t> {
                 places[lane] = if is_first { place } else { places[lane] };
             }
         }
-        let mut arrived = Words::all(0);
+        let mut arrived = LaneWords::all(0);
         for lane in 0..LANES {
             let wait = waits[lane].min(cuts[lane]);
             let is_due = elapsed[lane] <= wait;
@@ -234,11 +234,11 @@ impl<'t> Members<'t> {
         let dead_times = tables.dead_times.at(&self.hit);
         // How long it may still be blind to begin its dead time.
         let begins = if tables.is_paralyzable { u32::MAX } else { 0 };
-        let mut target = Words::all(0);
+        let mut target = LaneWords::all(0);
         for lane in 0..LANES {
             target[lane] = if arrived[lane] != 0 { self.hit[lane] } else { FREE };
         }
-        let mut left = Words::all(0);
+        let mut left = LaneWords::all(0);
         for (blind, member) in self.blind.iter_mut().zip(0..) {
             for lane in 0..LANES {
                 let still = blind[lane].saturating_sub(elapsed[lane]);
@@ -249,7 +249,7 @@ impl<'t> Members<'t> {
                 blind[lane] = if is_hit { if_hit } else { still };
             }
         }
-        let (mut fired, mut counted) = (Words::all(0), Words::all(0));
+        let (mut fired, mut counted) = (LaneWords::all(0), LaneWords::all(0));
         for lane in 0..LANES {
             fired[lane] = if left[lane] == 0 { arrived[lane] } else { 0 };
             counted[lane] = fired[lane] & 1;
@@ -279,14 +279,14 @@ impl<'t> Members<'t> {
     #[inline(always)]
     fn prolong(
         &mut self,
-        places: &Words,
-        arrived: &Words,
-        fired: &Words,
-        left: &Words,
-        dead_times: &Words,
+        places: &LaneWords,
+        arrived: &LaneWords,
+        fired: &LaneWords,
+        left: &LaneWords,
+        dead_times: &LaneWords,
     ) {
-        let (mut past, mut its) = (Words::all(0), Words::all(0));
-        let (mut longer, mut begun) = (Words::all(0), Words::all(0));
+        let (mut past, mut its) = (LaneWords::all(0), LaneWords::all(0));
+        let (mut longer, mut begun) = (LaneWords::all(0), LaneWords::all(0));
         for lane in 0..LANES {
             past[lane] = if fired[lane] != 0 { places[lane] } else { FREE };
             its[lane] = if arrived[lane] != 0 { self.hit[lane] | LATEST } else { FREE };
@@ -313,7 +313,7 @@ impl<'t> Members<'t> {
 
     /// Afterpulses of those that have fired, and those that follow one that was due.
     #[inline(always)]
-    fn trap(&mut self, fired: &Words, dead_times: &Words, masses: &Floats) {
+    fn trap(&mut self, fired: &LaneWords, dead_times: &LaneWords, masses: &Floats) {
         let tables = self.tables;
         let Some(traps) = &tables.traps else { return };
         let means = traps.means.at(&self.hit);
@@ -321,8 +321,8 @@ impl<'t> Members<'t> {
         let kept = traps.left.at(&self.hit);
         let latest = if tables.is_paralyzable { LATEST } else { 0 };
         let random = self.trapped.next();
-        let (mut comes, mut left) = (Words::all(0), Words::all(0));
-        let (mut what, mut later) = (Words::all(0), Floats::all(0.0));
+        let (mut comes, mut left) = (LaneWords::all(0), LaneWords::all(0));
+        let (mut what, mut later) = (LaneWords::all(0), Floats::all(0.0));
         for lane in 0..LANES {
             let new = masses[lane] * f32::from_bits(kept[lane]) + f32::from_bits(means[lane]);
             let mass = if fired[lane] != 0 { new } else { masses[lane] };
@@ -338,13 +338,13 @@ impl<'t> Members<'t> {
 
     /// What the avalanches cause at other members.
     #[inline(always)]
-    fn cause(&mut self, fired: &Words) {
+    fn cause(&mut self, fired: &LaneWords) {
         let tables = self.tables;
         for (place, crosstalk) in tables.crosstalk.iter().enumerate() {
             let random = self.talk[place].next();
-            let (mut talks, mut whats) = (Words::all(0), Words::all(0));
+            let (mut talks, mut whats) = (LaneWords::all(0), LaneWords::all(0));
             let delays = match crosstalk {
-                Crosstalk::Cells { threshold, delay } => {
+                CrosstalkTargets::Cells { threshold, delay } => {
                     let others = tables.number.wrapping_sub(1);
                     let share = others as f32 / (*threshold as f32 + 1.0);
                     for lane in 0..LANES {
@@ -356,9 +356,9 @@ impl<'t> Members<'t> {
                         let to = self.hit[lane].wrapping_add(1).wrapping_add(other);
                         whats[lane] = wrap(to, tables.number);
                     }
-                    Words::all(*delay)
+                    LaneWords::all(*delay)
                 }
-                Crosstalk::Link { thresholds, targets, delays } => {
+                CrosstalkTargets::Link { thresholds, targets, delays } => {
                     let thresholds = thresholds.at(&self.hit);
                     let targets = targets.at(&self.hit);
                     for lane in 0..LANES {
@@ -375,7 +375,13 @@ impl<'t> Members<'t> {
 
     /// Puts what is wanted (all bits) where nothing is pending.
     #[inline(always)]
-    fn insert(&mut self, wanted: &mut Words, left: &Words, what: &Words, masses: &Floats) {
+    fn insert(
+        &mut self,
+        wanted: &mut LaneWords,
+        left: &LaneWords,
+        what: &LaneWords,
+        masses: &Floats,
+    ) {
         for pending in &mut self.pending {
             place(pending, wanted, left, what, masses);
         }
@@ -386,7 +392,13 @@ impl<'t> Members<'t> {
 
     #[cold]
     #[inline(never)]
-    fn grow(&mut self, wanted: &mut Words, left: &Words, what: &Words, masses: &Floats) {
+    fn grow(
+        &mut self,
+        wanted: &mut LaneWords,
+        left: &LaneWords,
+        what: &LaneWords,
+        masses: &Floats,
+    ) {
         let mut pending = Pending::none();
         place(&mut pending, wanted, left, what, masses);
         self.pending.push(pending);
@@ -401,7 +413,13 @@ impl<'t> Members<'t> {
 }
 
 #[inline(always)]
-fn place(pending: &mut Pending, wanted: &mut Words, left: &Words, what: &Words, masses: &Floats) {
+fn place(
+    pending: &mut Pending,
+    wanted: &mut LaneWords,
+    left: &LaneWords,
+    what: &LaneWords,
+    masses: &Floats,
+) {
     for lane in 0..LANES {
         let takes = (pending.left[lane] == FREE) & (wanted[lane] != 0);
         pending.left[lane] = if takes { left[lane] } else { pending.left[lane] };

@@ -52,14 +52,14 @@ use std::thread::available_parallelism;
 pub use domain::OutsideDomain;
 pub use instruction_set::{InstructionSet, Runner};
 pub(crate) use places::CHIP_BITS;
-pub(super) use record::Recorded;
+pub(super) use record::RegisteredSteps;
 pub use record::RegisteredTicks;
 
 use self::arithmetic::LANES;
 use self::domain::Tables;
 use self::record::{GroupRunner, OfCells};
 use self::sign::SignTable;
-use self::steps::{Jobs, Share, StepRunner};
+use self::steps::{JobShare, StepJobs, StepRunner};
 use super::counter::{StepCount, count_detections, count_step, transition};
 use super::detector::DetectorModel;
 use crate::scan::Group;
@@ -149,7 +149,7 @@ impl<'m> Recorder<'m> {
     }
 
     /// The pulses at the inputs.
-    pub(super) fn record_pulses(&self, seed: u64, groups: &[(u64, Group)]) -> Vec<Recorded> {
+    pub(super) fn record_pulses(&self, seed: u64, groups: &[(u64, Group)]) -> Vec<RegisteredSteps> {
         let each = (self.model.inputs() > 1).then_some(OfCells::Each);
         self.run(seed, groups, each.or(self.level()))
     }
@@ -165,7 +165,7 @@ impl<'m> Recorder<'m> {
         seed: u64,
         groups: &[(u64, Group)],
         of_cells: Option<OfCells<'_>>,
-    ) -> Vec<Recorded> {
+    ) -> Vec<RegisteredSteps> {
         let tables = self.tables.as_ref().unwrap_or_else(|reason| panic!("{reason}"));
         let mut runner = GroupRunner::new(self.model, tables, seed, groups, of_cells);
         self.instruction_set.run(&mut runner);
@@ -234,19 +234,19 @@ impl<'m> StepCounter<'m> {
         let numbers = repetitions.end.saturating_sub(repetitions.start)
             * steps.end.saturating_sub(steps.start);
         assert_eq!(numbers, out.len() as u64, "one place for each step");
-        let jobs = Jobs { seed, first_repetition: repetitions.start, steps };
+        let jobs = StepJobs { seed, first_repetition: repetitions.start, steps };
         threads::share(threads, out, |next| self.count_jobs(&jobs, next));
     }
 
     /// Counts the jobs of all shares that `next` gives.
     fn count_jobs<'o>(
         &self,
-        jobs: &Jobs,
+        jobs: &StepJobs,
         next: &mut dyn FnMut() -> Option<(u64, &'o mut [StepCount])>,
     ) {
         let Recorder { model, tables, instruction_set } = &self.recorder;
         if let (Ok(tables), Some(sign)) = (tables, &self.sign) {
-            let mut next_share = || next().map(|(first, places)| Share { first, places });
+            let mut next_share = || next().map(|(first, places)| JobShare { first, places });
             let mut runner = StepRunner::new(model, tables, sign, jobs, &mut next_share);
             return instruction_set.run(&mut runner);
         }
@@ -264,7 +264,13 @@ impl<'m> StepCounter<'m> {
     }
 
     /// Counts jobs from the registered times of their groups, some groups at a time.
-    fn count_recorded(&self, at_once: usize, jobs: &Jobs, first: u64, places: &mut [StepCount]) {
+    fn count_recorded(
+        &self,
+        at_once: usize,
+        jobs: &StepJobs,
+        first: u64,
+        places: &mut [StepCount],
+    ) {
         let model = self.recorder.model;
         let steps = (first..).zip(places).map(|(number, place)| {
             let (repetition, step) = jobs.repetition_and_step(number);

@@ -6,13 +6,13 @@
 //! avalanches: they do not if these are farther apart than a pulse and all that jitter can move both. So what is
 //! in the list overlaps nothing that is not.
 
-use super::arithmetic::{LANES, Words, jitter};
+use super::arithmetic::{LANES, LaneWords, jitter};
 use super::domain::{Tables, jitter_reach_chips};
 use super::places::{CHIP_TICKS, round_ticks, ticks_of_chips};
 use super::record::{CELL_BITS, RegisteredTicks, insert, level};
 use super::sign::Sign;
 use crate::photons::counter::count_detections;
-use crate::photons::detector::Pixel;
+use crate::photons::detector::DetectorCells;
 use crate::photons::random::StreamRng;
 use crate::photons::{DetectorModel, StepCount};
 use crate::scan::Step;
@@ -30,19 +30,19 @@ const LONGEST_REACH_CHIPS: f64 = (LONG_AGO / 2 / CHIP_TICKS) as f64;
 #[derive(Debug)]
 pub struct Overlaps<'t> {
     model: &'t DetectorModel,
-    pixel: &'t Pixel,
+    pixel: &'t DetectorCells,
     sigma_ticks: f32,
     /// Pulses of avalanches farther apart do not overlap.
     reach_ticks: u32,
     /// Rising edges of a pulse that overlaps no other.
     alone: u32,
     /// Ticks since the last avalanche.
-    ages: Words,
+    ages: LaneWords,
     /// Whether it is in the list.
-    listed: Words,
-    cells: Words,
-    randoms: Words,
-    levels: Words,
+    listed: LaneWords,
+    cells: LaneWords,
+    randoms: LaneWords,
+    levels: LaneWords,
     lists: Vec<List>,
 }
 
@@ -58,13 +58,13 @@ struct List {
 }
 
 /// How far apart avalanches are whose pulses do not overlap.
-fn reach_chips(model: &DetectorModel, pixel: &Pixel) -> f64 {
+fn reach_chips(model: &DetectorModel, pixel: &DetectorCells) -> f64 {
     pixel.pulse_width_chips + 2.0 * jitter_reach_chips(model)
 }
 
 /// Whether a level's edges are counted so: few pulses overlap, none reaches farther than ages are known, and no recording
 /// stands for several phase steps.
-pub fn pay(model: &DetectorModel, pixel: &Pixel) -> bool {
+pub fn pay(model: &DetectorModel, pixel: &DetectorCells) -> bool {
     let reach_chips = reach_chips(model, pixel);
     model.timing.parallel == 1
         && reach_chips < LONGEST_REACH_CHIPS
@@ -81,11 +81,11 @@ impl<'t> Overlaps<'t> {
             sigma_ticks: tables.jitter_ticks as f32,
             reach_ticks: round_ticks(pixel.pulse_width_chips) as u32 + 2 * tables.reach_ticks,
             alone: u32::from(pixel.law.level(1)),
-            ages: Words::all(LONG_AGO),
-            listed: Words::all(0),
-            cells: Words::all(0),
-            randoms: Words::all(0),
-            levels: Words::all(0),
+            ages: LaneWords::all(LONG_AGO),
+            listed: LaneWords::all(0),
+            cells: LaneWords::all(0),
+            randoms: LaneWords::all(0),
+            levels: LaneWords::all(0),
             lists: vec![List::default(); LANES],
         })
     }
@@ -98,8 +98,8 @@ impl<'t> Overlaps<'t> {
 
     /// Goes on to the next avalanche: 1 where it may overlap the last one, and a bit for each of these lanes.
     #[inline(always)]
-    pub fn advance(&mut self, elapsed: &Words, fired: &Words) -> (Words, u64) {
-        let mut near = Words::all(0);
+    pub fn advance(&mut self, elapsed: &LaneWords, fired: &LaneWords) -> (LaneWords, u64) {
+        let mut near = LaneWords::all(0);
         for lane in 0..LANES {
             self.ages[lane] = self.ages[lane].min(LONG_AGO).wrapping_add(elapsed[lane]);
             near[lane] = fired[lane] & u32::from(self.ages[lane] <= self.reach_ticks);
@@ -114,8 +114,14 @@ impl<'t> Overlaps<'t> {
     /// Takes avalanches for the last ones, the near ones of which are in the list; gives 1 where the others make
     /// a rising edge.
     #[inline(always)]
-    pub fn follow(&mut self, fired: &Words, near: &Words, cells: &Words, sign: &Sign) -> Words {
-        let mut counted = Words::all(0);
+    pub fn follow(
+        &mut self,
+        fired: &LaneWords,
+        near: &LaneWords,
+        cells: &LaneWords,
+        sign: &Sign,
+    ) -> LaneWords {
+        let mut counted = LaneWords::all(0);
         for lane in 0..LANES {
             let has_fired = fired[lane] != 0;
             self.ages[lane] = if has_fired { 0 } else { self.ages[lane] };

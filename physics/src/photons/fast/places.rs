@@ -3,7 +3,7 @@
 //! A place is a chip, and ticks into it. Chips are counted by whole numbers, so that time
 //! never drifts, and a tick is the same share of a chip whatever a code's length.
 
-use super::arithmetic::{LANES, Words, wrap};
+use super::arithmetic::{LANES, LaneWords, wrap};
 
 /// A chip has 2^19 ticks: one is 15 fs of 8 ns.
 pub const CHIP_BITS: u32 = 19;
@@ -43,17 +43,17 @@ pub fn repeated(code: &[u8]) -> Vec<u8> {
 
 /// Times of all lanes, before (negative) or after a border of each.
 #[derive(Debug, Clone)]
-pub struct Clock {
+pub struct LaneTimes {
     /// Whole chips, as signed numbers.
-    pub chips: Words,
+    pub chips: LaneWords,
     /// Ticks into the chip.
-    pub fractions: Words,
+    pub fractions: LaneWords,
 }
 
-impl Clock {
+impl LaneTimes {
     /// Far before every border.
-    pub fn new() -> Clock {
-        Clock { chips: Words::all(i32::MIN as u32), fractions: Words::all(0) }
+    pub fn new() -> LaneTimes {
+        LaneTimes { chips: LaneWords::all(i32::MIN as u32), fractions: LaneWords::all(0) }
     }
 
     /// Puts a lane's clock to some ticks, less than 2^31 chips.
@@ -85,7 +85,7 @@ impl Clock {
 
     /// Goes on.
     #[inline(always)]
-    pub fn advance(&mut self, elapsed: &Words) {
+    pub fn advance(&mut self, elapsed: &LaneWords) {
         for lane in 0..LANES {
             let end = self.fractions[lane].wrapping_add(elapsed[lane]);
             self.fractions[lane] = end & IN_CHIP;
@@ -99,15 +99,15 @@ impl Clock {
 pub struct CodePlaces {
     period_chips: u32,
     /// Below the period.
-    pub chips: Words,
+    pub chips: LaneWords,
     /// Ticks into the chip.
-    pub fractions: Words,
+    pub fractions: LaneWords,
 }
 
 impl CodePlaces {
     /// In a code of some chips, at least [`LONGEST_CHIPS`].
     pub fn new(period_chips: u32) -> CodePlaces {
-        CodePlaces { period_chips, chips: Words::all(0), fractions: Words::all(0) }
+        CodePlaces { period_chips, chips: LaneWords::all(0), fractions: LaneWords::all(0) }
     }
 
     /// Puts a lane to some ticks after the code's start, modulo its period.
@@ -119,7 +119,7 @@ impl CodePlaces {
 
     /// Goes on, by less than [`LONGEST_CHIPS`].
     #[inline(always)]
-    pub fn advance(&mut self, elapsed: &Words) {
+    pub fn advance(&mut self, elapsed: &LaneWords) {
         for lane in 0..LANES {
             let end = self.fractions[lane].wrapping_add(elapsed[lane]);
             self.fractions[lane] = end & IN_CHIP;
@@ -135,11 +135,11 @@ mod tests {
 
     #[test]
     fn places_go_on_in_whole_chips_and_come_round() {
-        let (mut clock, mut places) = (Clock::new(), CodePlaces::new(3000));
+        let (mut clock, mut places) = (LaneTimes::new(), CodePlaces::new(3000));
         let start = -ticks_of_chips(4500) - 7;
         clock.set(5, start);
         places.set(5, start);
-        let mut elapsed = Words::all(0);
+        let mut elapsed = LaneWords::all(0);
         let mut time = start;
         for wait in [0, 7, 8, 1 << 19, (1 << 30) - 1, 123_456_789, 1_000_000_000] {
             elapsed[5] = wait;

@@ -5,7 +5,7 @@
 //! detector has no memory of light that does not arrive, so a thinned process is exact, and
 //! costs the same for any number of strands.
 
-use super::arithmetic::{FixedTable, LANES, Words};
+use super::arithmetic::{FixedTable, LANES, LaneWords};
 use super::places::{CHIP_BITS, round_ticks};
 use super::sign::threshold_of;
 use crate::photons::PulseShape;
@@ -51,13 +51,18 @@ impl Profile {
 
     /// 1 where a candidate arrives, else 0.
     #[inline(always)]
-    pub fn arrive(&self, patterns: &Words, in_chip: &Words, random: &Words) -> Words {
-        let mut places = Words::all(0);
+    pub fn arrive(
+        &self,
+        patterns: &LaneWords,
+        in_chip: &LaneWords,
+        random: &LaneWords,
+    ) -> LaneWords {
+        let mut places = LaneWords::all(0);
         for lane in 0..LANES {
             places[lane] = patterns[lane] << CELL_BITS | in_chip[lane] >> (CHIP_BITS - CELL_BITS);
         }
         let thresholds = self.thresholds.at(&places);
-        let mut arrive = Words::all(0);
+        let mut arrive = LaneWords::all(0);
         for lane in 0..LANES {
             let is_below = (random[lane] >> 1) as i32 <= thresholds[lane] as i32;
             arrive[lane] = u32::from(is_below);
@@ -115,14 +120,14 @@ mod tests {
             let up = (0.5 + time_ps / 1000.0).clamp(0.0, 1.0);
             let down = 1.0 - (0.5 + time_ps / 3000.0).clamp(0.0, 1.0);
             for (pattern, expected) in [(0, 0.0), (1, up), (2, down), (3, 1.0)] {
-                let place = Words::all(cell << (CHIP_BITS - CELL_BITS));
+                let place = LaneWords::all(cell << (CHIP_BITS - CELL_BITS));
                 // In each lane another draw.
                 let shares = (0..16).map(|part| {
-                    let mut random = Words::all(0);
+                    let mut random = LaneWords::all(0);
                     for lane in 0..LANES {
                         random[lane] = ((part * LANES + lane) << 22 | 1 << 21) as u32;
                     }
-                    let arrive = profile.arrive(&Words::all(pattern), &place, &random);
+                    let arrive = profile.arrive(&LaneWords::all(pattern), &place, &random);
                     (0..LANES).map(|lane| arrive[lane]).sum::<u32>()
                 });
                 let share = f64::from(shares.sum::<u32>()) / (16 * LANES) as f64;

@@ -1,13 +1,13 @@
 //! The registered times of groups of phase steps, detection by detection.
 
-use super::arithmetic::{LANES, Words, jitter};
+use super::arithmetic::{LANES, LaneWords, jitter};
 use super::domain::Tables;
 use super::lanes::Lanes;
 use super::places::{CHIP_BITS, IN_CHIP, round_ticks, ticks_of_chips};
 use super::streams::LaneStreams;
-use crate::photons::detector::Pixel;
-use crate::photons::pixel::Line;
-use crate::photons::random::{Part, StreamRng};
+use crate::photons::detector::DetectorCells;
+use crate::photons::pixel::InputLevel;
+use crate::photons::random::{RandomStream, StreamRng};
 use crate::photons::{Detection, DetectorModel};
 use crate::scan::Group;
 
@@ -42,7 +42,7 @@ const CELL_SHIFT: u32 = CHIP_BITS + 1;
 
 /// What a group of steps registers, in order.
 #[derive(Debug, Clone, Default)]
-pub struct Recorded {
+pub struct RegisteredSteps {
     /// Detections, or when the level rises that several cells make.
     pub times: Vec<RegisteredTicks>,
     /// When that level falls; empty of detections, whose pulses are all equally long.
@@ -55,7 +55,7 @@ pub struct Recorded {
 #[derive(Debug, Clone, Copy)]
 pub enum OfCells<'t> {
     /// The level that they make.
-    Level(&'t Pixel),
+    Level(&'t DetectorCells),
     /// Detections, with the cell of each.
     Each,
 }
@@ -67,11 +67,11 @@ fn of_cell(time: &RegisteredTicks) -> (u64, usize) {
 
 /// The level of some cells: `times` are registered ones of all of them, in order, with the cell's
 /// number in the last bits.
-pub fn level(pixel: &Pixel, times: &[RegisteredTicks]) -> Recorded {
+pub fn level(pixel: &DetectorCells, times: &[RegisteredTicks]) -> RegisteredSteps {
     let width = round_ticks(pixel.pulse_width_chips) as u64;
-    let mut line = Line::new(pixel);
+    let mut line = InputLevel::new(pixel);
     let [rises, ends] = [(); 2].map(|()| Vec::with_capacity(times.len()));
-    let mut recorded = Recorded { times: rises, ends, inputs: Vec::new() };
+    let mut recorded = RegisteredSteps { times: rises, ends, inputs: Vec::new() };
     let mut keep = |pulse: Option<(u64, u64)>| {
         recorded.times.extend(pulse.map(|(rise, _)| RegisteredTicks(rise)));
         recorded.ends.extend(pulse.map(|(_, fall)| RegisteredTicks(fall)));
@@ -104,9 +104,9 @@ pub fn insert(list: &mut Vec<RegisteredTicks>, time: RegisteredTicks) {
 /// An iteration of all lanes: when what fired is registered, in the lanes' clocks.
 #[derive(Debug, Clone, Copy)]
 struct Detections {
-    chips: Words,
+    chips: LaneWords,
     /// Ticks into the chip, and the cell's number; or [`NONE`].
-    fractions: Words,
+    fractions: LaneWords,
 }
 
 /// The group of one lane.
@@ -154,7 +154,7 @@ impl<'t> GroupRunner<'t> {
         jobs: &'t [(u64, Group)],
         of_cells: Option<OfCells<'t>>,
     ) -> GroupRunner<'t> {
-        let nothing = Detections { chips: Words::all(0), fractions: Words::all(NONE) };
+        let nothing = Detections { chips: LaneWords::all(0), fractions: LaneWords::all(NONE) };
         let idle = |_| LaneGroup { job: None, origin: 0, end: 0, row: 0, tail: None };
         let chips = model.timing.scan.integration_chips;
         let expected = (model.most_detections_per_chip() * chips as f64).min(65_536.0) as usize;
@@ -198,7 +198,7 @@ impl<'t> GroupRunner<'t> {
     }
 
     /// What all jobs have registered.
-    pub fn into_recorded(self) -> Vec<Recorded> {
+    pub fn into_recorded(self) -> Vec<RegisteredSteps> {
         let of_cells = self.of_cells;
         let recorded = |times: Vec<RegisteredTicks>| match of_cells {
             Some(OfCells::Level(pixel)) => level(pixel, &times),
@@ -206,9 +206,9 @@ impl<'t> GroupRunner<'t> {
                 let each = times.iter().map(of_cell);
                 let (times, inputs) =
                     each.map(|(time, cell)| (RegisteredTicks(time), cell as u8)).unzip();
-                Recorded { times, inputs, ends: Vec::new() }
+                RegisteredSteps { times, inputs, ends: Vec::new() }
             }
-            None => Recorded { times, ..Recorded::default() },
+            None => RegisteredSteps { times, ..RegisteredSteps::default() },
         };
         self.lists.into_iter().map(recorded).collect()
     }
@@ -218,7 +218,7 @@ impl<'t> GroupRunner<'t> {
         let row = &mut self.rows[self.row % ROWS];
         self.row += 1;
         let clock = &self.lanes.clock;
-        let mut shifts = Words::all(0);
+        let mut shifts = LaneWords::all(0);
         if let Some((streams, sigma)) = &mut self.jitter {
             let random = streams.next();
             for lane in 0..LANES {
@@ -313,7 +313,7 @@ impl<'t> GroupRunner<'t> {
         let model = self.model;
         let key = model.key(self.seed, repetition, group);
         if let Some((streams, _)) = &mut self.jitter {
-            streams.restart(lane, key.hash(Part::Jitter));
+            streams.restart(lane, key.hash(RandomStream::Jitter));
         }
         let start = self.lanes.start(lane, model, &key, 0) + round_ticks(model.delay_chips);
         self.groups[lane] = LaneGroup {
@@ -321,7 +321,7 @@ impl<'t> GroupRunner<'t> {
             origin: 0,
             end: self.end + self.reach,
             row: self.row,
-            tail: model.tail.as_ref().map(|_| key.stream(Part::Tail)),
+            tail: model.tail.as_ref().map(|_| key.stream(RandomStream::Tail)),
         };
         self.started += 1;
         self.busy += 1;

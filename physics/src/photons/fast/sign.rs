@@ -14,7 +14,7 @@
 //! table holds the mean of Phi at x - w and x + w. Rising and falling edges have
 //! different delays but the same table.
 
-use super::arithmetic::{FixedTable, Integers, LANES, LookUp, Words, quantile};
+use super::arithmetic::{FixedTable, Integers, LANES, LaneWords, LookUp, quantile};
 use super::normal::{self, NORMAL_REACH};
 use super::places::{CHIP_TICKS, CodePlaces, repeated, round_ticks, ticks};
 use super::streams::LaneStreams;
@@ -26,7 +26,7 @@ const LAST: u32 = ENTRIES as u32 - 1;
 
 /// When the sign changes, in chips.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EdgeTiming {
+pub struct SignEdges {
     pub rising_delay_chips: f64,
     pub falling_delay_chips: f64,
     pub transition_chips: f64,
@@ -56,7 +56,7 @@ pub struct SignTable {
 impl SignTable {
     /// `None` if one cell cannot hold both kinds of edges with all that jitter
     /// and transition can reach.
-    pub fn new(reference: &[u8], timing: &EdgeTiming) -> Option<SignTable> {
+    pub fn new(reference: &[u8], timing: &SignEdges) -> Option<SignTable> {
         let reach = ticks(NORMAL_REACH * timing.jitter_chips + timing.transition_chips) + 1.0;
         if reach >= f64::from(CHIP_TICKS) {
             return None;
@@ -107,16 +107,16 @@ impl SignTable {
 
     /// The levels (0 or 1) that count at places of the cells.
     #[inline(always)]
-    fn levels(&self, places: &CodePlaces, uniforms: &Integers) -> Words {
+    fn levels(&self, places: &CodePlaces, uniforms: &Integers) -> LaneWords {
         let cells = self.cells.at(&places.chips);
-        let mut entries = Words::all(0);
+        let mut entries = LaneWords::all(0);
         for lane in 0..LANES {
             let into_table =
                 (places.fractions[lane] as i32).wrapping_sub((cells[lane] >> 2) as i32);
             entries[lane] = (into_table.max(0) as u32).wrapping_shr(self.entry_bits).min(LAST);
         }
         let thresholds = self.thresholds.at(&entries);
-        let mut levels = Words::all(0);
+        let mut levels = LaneWords::all(0);
         for lane in 0..LANES {
             let before_edge = u32::from(uniforms[lane] <= thresholds[lane] as i32);
             levels[lane] = (cells[lane] ^ ((cells[lane] >> 1) & before_edge)) & 1;
@@ -149,11 +149,11 @@ pub struct Sign<'t> {
     /// the normal number of the same word.
     has_jitter: bool,
     /// The words of which that is made.
-    pub randoms: Words,
+    pub randoms: LaneWords,
     /// The number that decided, 31 bits, by lane.
     pub uniforms: Integers,
     /// The level that counts, by lane.
-    pub levels: Words,
+    pub levels: LaneWords,
 }
 
 impl<'t> Sign<'t> {
@@ -163,15 +163,15 @@ impl<'t> Sign<'t> {
             streams: LaneStreams::new(),
             places: CodePlaces::new(table.period_chips),
             has_jitter,
-            randoms: Words::all(0),
+            randoms: LaneWords::all(0),
             uniforms: Integers::all(0),
-            levels: Words::all(0),
+            levels: LaneWords::all(0),
         }
     }
 
     /// Goes on, and finds the levels there.
     #[inline(always)]
-    pub fn decide(&mut self, elapsed: &Words) {
+    pub fn decide(&mut self, elapsed: &LaneWords) {
         if self.table.is_random {
             self.randoms = self.streams.next();
             for lane in 0..LANES {

@@ -2,27 +2,27 @@
 
 use std::ops::Range;
 
-use super::arithmetic::{LANES, Words};
+use super::arithmetic::{LANES, LaneWords};
 use super::domain::Tables;
 use super::lanes::Lanes;
 use super::overlaps::Overlaps;
 use super::places::{round_ticks, ticks_of_chips};
 use super::sign::{self, Sign, SignTable};
 use crate::photons::counter::transition;
-use crate::photons::random::Part;
+use crate::photons::random::RandomStream;
 use crate::photons::{DetectorModel, StepCount};
 use crate::scan::Step;
 
 /// Phase steps to simulate, numbered from 0: all steps of a scan, then those of
 /// the next.
 #[derive(Debug, Clone)]
-pub struct Jobs {
+pub struct StepJobs {
     pub seed: u64,
     pub first_repetition: u64,
     pub steps: Range<u64>,
 }
 
-impl Jobs {
+impl StepJobs {
     /// Number of the scan, and the step.
     pub fn repetition_and_step(&self, job: u64) -> (u64, Step) {
         let steps = self.steps.end - self.steps.start;
@@ -45,7 +45,7 @@ enum Stage {
 
 /// Places for the counts of some jobs.
 #[derive(Debug)]
-pub struct Share<'o> {
+pub struct JobShare<'o> {
     /// Number of the first job.
     pub first: u64,
     /// One for each job.
@@ -69,10 +69,10 @@ struct LaneStep {
 pub struct StepRunner<'t, 'o> {
     model: &'t DetectorModel,
     tables: &'t Tables,
-    jobs: &'t Jobs,
-    next_share: &'t mut dyn FnMut() -> Option<Share<'o>>,
+    jobs: &'t StepJobs,
+    next_share: &'t mut dyn FnMut() -> Option<JobShare<'o>>,
     /// Those that were taken: some lanes may still be at work in earlier ones.
-    shares: Vec<Share<'o>>,
+    shares: Vec<JobShare<'o>>,
     /// Places of the last share whose jobs have been started.
     started: usize,
     lanes: Lanes<'t>,
@@ -80,9 +80,9 @@ pub struct StepRunner<'t, 'o> {
     /// Of several cells that make one level.
     overlaps: Option<Overlaps<'t>>,
     /// Detections since a lane's counts were taken.
-    totals: Words,
+    totals: LaneWords,
     /// Those of them that counted up.
-    ups: Words,
+    ups: LaneWords,
     steps: [LaneStep; LANES],
     busy: usize,
 }
@@ -92,8 +92,8 @@ impl<'t, 'o> StepRunner<'t, 'o> {
         model: &'t DetectorModel,
         tables: &'t Tables,
         sign: &'t SignTable,
-        jobs: &'t Jobs,
-        next_share: &'t mut dyn FnMut() -> Option<Share<'o>>,
+        jobs: &'t StepJobs,
+        next_share: &'t mut dyn FnMut() -> Option<JobShare<'o>>,
     ) -> StepRunner<'t, 'o> {
         let idle =
             LaneStep { place: (0, 0), stage: Stage::Idle, chips_left: 0, count: StepCount::ZERO };
@@ -108,8 +108,8 @@ impl<'t, 'o> StepRunner<'t, 'o> {
             lanes: Lanes::new(model, tables),
             sign: Sign::new(sign, overlaps.is_some()),
             overlaps,
-            totals: Words::all(0),
-            ups: Words::all(0),
+            totals: LaneWords::all(0),
+            ups: LaneWords::all(0),
             steps: [idle; LANES],
             busy: 0,
         };
@@ -145,7 +145,7 @@ impl<'t, 'o> StepRunner<'t, 'o> {
 
     /// 1 where the last avalanche is counted.
     #[inline(always)]
-    fn counted(&mut self) -> Words {
+    fn counted(&mut self) -> LaneWords {
         let fired = self.lanes.fired;
         let (Some(overlaps), Some(members)) = (&mut self.overlaps, &self.lanes.members) else {
             return fired;
@@ -163,7 +163,7 @@ impl<'t, 'o> StepRunner<'t, 'o> {
 
     /// Puts avalanches that may overlap the last ones into lists, and those.
     #[inline(never)]
-    fn list(&mut self, mut lanes: u64, cells: &Words) {
+    fn list(&mut self, mut lanes: u64, cells: &LaneWords) {
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
@@ -334,7 +334,7 @@ impl<'t, 'o> StepRunner<'t, 'o> {
         let code = model.code_position(repetition, group, model.reference.len());
         let place = ticks_of_chips(code) + start + delay - phase_step - sign.first_cell;
         self.sign.places.set(lane, place);
-        self.sign.streams.restart(lane, key.hash(Part::Jitter));
+        self.sign.streams.restart(lane, key.hash(RandomStream::Jitter));
         if let Some(overlaps) = &mut self.overlaps {
             overlaps.start(lane, transition(model, self.jobs.seed, repetition, step));
         }

@@ -2,7 +2,7 @@
 
 use rand_xoshiro::{SplitMix64, rand_core::Rng, rand_core::SeedableRng};
 
-use super::arithmetic::{LANES, Words};
+use super::arithmetic::{LANES, LaneWords};
 
 /// Thirty-two xoshiro128+ generators side by side (Blackman and Vigna, "Scrambled
 /// linear pseudorandom number generators", 2021), the one its authors recommend
@@ -11,11 +11,11 @@ use super::arithmetic::{LANES, Words};
 /// The stream of a lane is set by the phase step that the lane simulates, and
 /// goes on by one word per iteration, whatever the other lanes do.
 #[derive(Debug, Clone)]
-pub struct LaneStreams([Words; 4]);
+pub struct LaneStreams([LaneWords; 4]);
 
 impl LaneStreams {
     pub fn new() -> LaneStreams {
-        LaneStreams([Words::all(1); 4])
+        LaneStreams([LaneWords::all(1); 4])
     }
 
     /// Starts the stream of one lane at a key.
@@ -30,9 +30,9 @@ impl LaneStreams {
 
     /// The next word of every lane.
     #[inline(always)]
-    pub fn next(&mut self) -> Words {
+    pub fn next(&mut self) -> LaneWords {
         let [s0, s1, s2, s3] = &mut self.0;
-        let mut words = Words::all(0);
+        let mut words = LaneWords::all(0);
         for lane in 0..LANES {
             words[lane] = s0[lane].wrapping_add(s3[lane]);
             let shifted = s1[lane] << 9;

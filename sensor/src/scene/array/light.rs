@@ -13,7 +13,7 @@ use super::{Lens, MAX_PIXELS, Pose};
 use crate::light::SPEED_OF_LIGHT_M_PER_S;
 use crate::scene::budget::Receiver;
 use crate::scene::declare::*;
-use crate::scene::names::Names;
+use crate::scene::names::TableNames;
 use crate::scene::{DetectorIndex, Path, SourceIndex};
 
 /// Angles beyond a laser's edge that still count as lit: pixels at the array's own edge, rounded.
@@ -134,7 +134,7 @@ pub(super) struct Lit {
 }
 
 /// Reads one.
-pub(super) fn read(section: Section, names: &Names, lens: Option<&Lens>) -> Option<Lit> {
+pub(super) fn read(section: Section, names: &TableNames, lens: Option<&Lens>) -> Option<Lit> {
     let source = names.resolve(&section, "source");
     let pose = Pose::keys(&section);
     let angles = ["horizontal", "vertical"].map(|key| {

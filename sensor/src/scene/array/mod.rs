@@ -16,7 +16,7 @@ use self::surface::Surface;
 use super::budget::{self, Receiver};
 use super::declare::*;
 use super::detector::DETECTOR;
-use super::names::Names;
+use super::names::TableNames;
 use super::{Detector, Scene, Source};
 use crate::light::photon_rate_hz;
 
@@ -26,9 +26,9 @@ pub const MAX_PIXELS: u32 = 1 << 20;
 pub(super) const MAX_PANES: usize = 3;
 
 /// An angle by which something is turned.
-pub(super) const TURN: Kind = quantity(Quantity::Angle, "-180 deg", "180 deg");
+pub(super) const TURN: KeyKind = quantity(Quantity::Angle, "-180 deg", "180 deg");
 /// A coordinate of something in the room.
-pub(super) const PLACE: Kind = quantity(Quantity::Distance, "-100 km", "100 km");
+pub(super) const PLACE: KeyKind = quantity(Quantity::Distance, "-100 km", "100 km");
 
 tables! {
     /// Pixels behind a lens.
@@ -200,7 +200,7 @@ impl Scene {
 /// only detector.
 pub(super) fn read(
     root: &Section,
-    names: &Names,
+    names: &TableNames,
     sources: Option<&[Source]>,
     detectors: Option<&[Detector]>,
 ) -> Option<Option<Array>> {

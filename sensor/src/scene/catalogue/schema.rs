@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::TABLES;
-use crate::scene::keys::{Absent, Form, Key, KeyTable, Kind};
+use crate::scene::keys::{Absent, Form, Key, KeyKind, KeyTable};
 use crate::scene::units::{self, Quantity};
 
 /// Tables at the root, whether there may be several, and whether one must be there.
@@ -107,23 +107,23 @@ fn example(key: &Key) -> Option<Value> {
 fn of_value(key: &Key) -> Value {
     match key.kind {
         // `around` may be a time of flight too.
-        Kind::Quantity { quantity, .. } if key.name == "around" => {
+        KeyKind::Quantity { quantity, .. } if key.name == "around" => {
             text_of(&[quantity, Quantity::Time])
         }
-        Kind::Quantity { quantity, .. } => text_of(&[quantity]),
-        Kind::Number { least, most, or_inf: true } => json!({
+        KeyKind::Quantity { quantity, .. } => text_of(&[quantity]),
+        KeyKind::Number { least, most, or_inf: true } => json!({
             "anyOf": [
                 { "type": "number", "minimum": least, "maximum": most },
                 { "const": "inf" },
             ],
         }),
-        Kind::Number { least, most, .. } => {
+        KeyKind::Number { least, most, .. } => {
             json!({ "type": "number", "minimum": least, "maximum": most })
         }
-        Kind::Integer { least, most } => {
+        KeyKind::Integer { least, most } => {
             json!({ "type": "integer", "minimum": least, "maximum": most })
         }
-        Kind::Words(_, form) => of_form(form),
+        KeyKind::Words(_, form) => of_form(form),
     }
 }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::keys::{Absent, Form, Key, Kind};
+use crate::scene::keys::{Absent, Form, Key, KeyKind};
 use crate::scene::units;
 use crate::scene::{SceneErrors, parse};
 
@@ -130,7 +130,7 @@ fn complaints(text: &str) -> Vec<String> {
 /// at the bound, and beyond it.
 fn values(key: &Key) -> Vec<(String, String)> {
     match key.kind {
-        Kind::Quantity { least, most, .. } => [(least, -1.0), (most, 1.0)]
+        KeyKind::Quantity { least, most, .. } => [(least, -1.0), (most, 1.0)]
             .iter()
             .map(|(bound, sign)| {
                 let (number, unit) = bound.split_once(' ').unwrap();
@@ -139,15 +139,15 @@ fn values(key: &Key) -> Vec<(String, String)> {
                 (format!("\"{bound}\""), format!("\"{beyond} {unit}\""))
             })
             .collect(),
-        Kind::Number { least, most, .. } => vec![
+        KeyKind::Number { least, most, .. } => vec![
             (least.to_string(), (least - 1e-9).to_string()),
             (format!("{most:?}"), format!("{:?}", most * 1.000_000_001)),
         ],
-        Kind::Integer { least, most } => vec![
+        KeyKind::Integer { least, most } => vec![
             (least.to_string(), (least - 1).to_string()),
             (most.to_string(), (most + 1).to_string()),
         ],
-        Kind::Words(..) => Vec::new(),
+        KeyKind::Words(..) => Vec::new(),
     }
 }
 
@@ -256,12 +256,12 @@ fn every_bound_can_be_read_and_every_example_is_within() {
     for table in TABLES {
         for key in table.keys() {
             let value = match key.kind {
-                Kind::Quantity { quantity, .. } => {
+                KeyKind::Quantity { quantity, .. } => {
                     let [least, most] = key.bounds();
                     assert!(least < most, "{}", key.name);
                     units::parse(key.example, quantity, "").unwrap()
                 }
-                Kind::Words(..) => continue,
+                KeyKind::Words(..) => continue,
                 _ => key.example.parse().unwrap(),
             };
             assert!(key.holds(value), "{}.{}: {value}", table.path, key.name);
@@ -278,12 +278,14 @@ fn every_default_that_is_a_value_can_be_read() {
                 continue;
             };
             match key.kind {
-                Kind::Words(_, Form::Boolean) => assert!(text.parse::<bool>().is_ok(), "{place:?}"),
-                Kind::Words(_, Form::Choice(names)) => {
+                KeyKind::Words(_, Form::Boolean) => {
+                    assert!(text.parse::<bool>().is_ok(), "{place:?}")
+                }
+                KeyKind::Words(_, Form::Choice(names)) => {
                     assert!(names.contains(&text.trim_matches('"')), "{place:?}");
                 }
-                Kind::Words(..) => panic!("{place:?} has a default that nothing reads"),
-                Kind::Integer { .. } => {
+                KeyKind::Words(..) => panic!("{place:?} has a default that nothing reads"),
+                KeyKind::Integer { .. } => {
                     assert!(key.holds(text.parse::<i64>().unwrap() as f64), "{place:?}");
                 }
                 _ => assert!(key.default_number().is_some_and(|n| key.holds(n)), "{place:?}"),
@@ -334,7 +336,7 @@ fn keys_are_documented() {
 fn choices_are_those_that_the_reader_takes() {
     for table in TABLES {
         for key in table.keys() {
-            let Kind::Words(_, Form::Choice(choices)) = key.kind else {
+            let KeyKind::Words(_, Form::Choice(choices)) = key.kind else {
                 continue;
             };
             for choice in choices {

@@ -11,7 +11,8 @@ use crate::sensor::track::{FRACTION_BITS, PATIENCE_BITS, SHARE_BITS};
 
 /// A register, as a host sees it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
-pub struct Register {
+#[schemars(rename = "Register")]
+pub struct MappedRegister {
     /// Its name.
     pub name: String,
     /// Address of its lowest byte.
@@ -54,7 +55,7 @@ pub enum Access {
 
 impl RegisterPlan {
     /// All registers, in the order of their addresses.
-    pub fn map(&self, timing: &Timing, codes: &[Arc<Code>]) -> Vec<Register> {
+    pub fn map(&self, timing: &Timing, codes: &[Arc<Code>]) -> Vec<MappedRegister> {
         let words = self.initial_words(timing, codes);
         let mut map = Vec::new();
         let mut word = |name: &str, about: &str, access: Access, fields: &[(&str, u32, &str)]| {
@@ -72,7 +73,7 @@ impl RegisterPlan {
                 first_bit += width;
             }
             let address = 4 * number as u32;
-            map.push(Register {
+            map.push(MappedRegister {
                 name: name.to_owned(),
                 address,
                 about: about.to_owned(),
@@ -150,7 +151,7 @@ impl RegisterPlan {
     }
 
     /// Control, status and peaks.
-    fn state_map(&self) -> Vec<Register> {
+    fn state_map(&self) -> Vec<MappedRegister> {
         let field = |name: &str, first_bit, width, access, reset, about: &str| RegisterField {
             name: name.to_owned(),
             first_bit,
@@ -207,11 +208,8 @@ impl RegisterPlan {
             let place = status.partition_point(|field| field.first_bit < state::LOCKED);
             status.splice(place..place, flags);
         }
-        let register = |name: String, address, about: &str, fields: Vec<RegisterField>| Register {
-            name,
-            address,
-            about: about.to_owned(),
-            fields,
+        let register = |name: String, address, about: &str, fields: Vec<RegisterField>| {
+            MappedRegister { name, address, about: about.to_owned(), fields }
         };
         let mut map = vec![
             register("CONTROL".to_owned(), CONTROL, "starts and stops", control.into()),

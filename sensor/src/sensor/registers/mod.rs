@@ -12,7 +12,7 @@ mod map;
 use std::sync::Arc;
 
 use goldtof_system::digest::sha256_of_all;
-pub use map::{Access, Register, RegisterField};
+pub use map::{Access, MappedRegister, RegisterField};
 
 use super::track::{TrackPlan, TrackSetting};
 use crate::code::{Code, Generator, Lfsr, is_maximal};
@@ -158,7 +158,7 @@ pub struct Settings {
 }
 
 /// The hardware that registers are to be for.
-pub(super) struct Hardware<'a> {
+pub(super) struct RegisteredHardware<'a> {
     pub(super) timing: &'a Timing,
     pub(super) source_codes: &'a [Arc<Code>],
     pub(super) detectors: usize,
@@ -176,7 +176,7 @@ pub(super) struct Hardware<'a> {
     pub(super) text: String,
 }
 
-impl Hardware<'_> {
+impl RegisteredHardware<'_> {
     fn lanes(&self) -> u32 {
         self.timing.clock.samples_per_chip
     }
@@ -191,7 +191,8 @@ impl Hardware<'_> {
             | byte(self.source_codes.len(), 3)
     }
 
-    /// A number that is another for other hardware: of the clock, the codes and every width.
+    /// A number that is another for other hardware: of the clock, the codes and every width. Names of types and
+    /// fields are part of it, in their Debug text.
     fn identity(&self) -> [u32; 2] {
         let Timing { clock, parallel, .. } = self.timing;
         let mut texts = vec![format!("{clock:?} {parallel} {}", self.text)];
@@ -242,7 +243,7 @@ fn seeds(codes: &[Arc<Code>], sets_taps: bool) -> Vec<Seed> {
 
 impl RegisterPlan {
     /// Of hardware.
-    pub(super) fn of(hardware: &Hardware) -> RegisterPlan {
+    pub(super) fn of(hardware: &RegisteredHardware) -> RegisterPlan {
         let timing = hardware.timing;
         let (scan, lanes) = (&timing.scan, u64::from(hardware.lanes()));
         let parallel = u64::from(timing.parallel);
@@ -473,6 +474,25 @@ mod tests {
                 assert!(field.reset.is_none_or(|value| u64::from(value) >> field.width == 0));
             }
             assert!(end <= 32, "{}", register.name);
+        }
+    }
+
+    /// A host that has a scene knows its hardware by this number, which follows from the Debug text of
+    /// types: a type or field that is renamed must not change it.
+    #[test]
+    fn hardware_keeps_its_number() {
+        for (name, identity) in [
+            ("tests/scenes/registers", [0xa062_c12d, 0xefb7_4935]),
+            ("tests/scenes/taps", [0xcad3_5d71, 0xe11e_6d45]),
+            ("tests/scenes/tracking", [0x362c_28a2, 0x3054_ef6e]),
+            ("scenes/macropixel", [0xdef6_20b7, 0x3bcd_ba04]),
+        ] {
+            let file = format!("../{name}.toml");
+            let scene = scene::load(std::path::Path::new(&file)).unwrap();
+            let sensor =
+                Sensor::new(&scene).with(|scene| scene.hardware.registers = Registers::Axi4Lite);
+            let plan = sensor.interface().registers.clone().unwrap();
+            assert_eq!(plan.identity, identity, "{name}");
         }
     }
 

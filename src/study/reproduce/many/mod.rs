@@ -46,7 +46,12 @@ impl Fits {
     ///
     /// # Errors
     /// When the tier cannot do the scene.
-    pub fn of(run: &mut Run, scene: &Scene, tier: Tier, most: u64) -> Result<Fits, RunError> {
+    pub fn of(
+        run: &mut FigureScans,
+        scene: &Scene,
+        tier: Tier,
+        most: u64,
+    ) -> Result<Fits, FigureError> {
         let (seed, repetitions) = (run.next_seed(), run.repetitions().min(most));
         let sensor = Sensor::new(&told_of_all(scene));
         let detector = DetectorIndex(0);
@@ -126,7 +131,7 @@ impl PathFits {
 }
 
 /// What an estimator finds of a light, where one quantity has the value `x`.
-pub struct Found {
+pub struct FoundLight {
     /// Name of the series.
     pub series: String,
     /// The quantity.
@@ -141,24 +146,24 @@ pub struct Found {
     pub bound_m: Option<f64>,
 }
 
-impl Found {
+impl FoundLight {
     /// By the joint fit, of the path with a number.
-    pub fn by_fit(series: String, x: f64, fits: &Fits, path: usize) -> Found {
+    pub fn by_fit(series: String, x: f64, fits: &Fits, path: usize) -> FoundLight {
         let path = &fits.paths[path];
         let (bias_m, std_m) = (path.bias_m(), path.std_m());
-        Found { series, x, found: fits.told(), bias_m, std_m, bound_m: path.bound_m }
+        FoundLight { series, x, found: fits.told(), bias_m, std_m, bound_m: path.bound_m }
     }
 
     /// By the phase; nothing of fewer than two scans.
-    pub fn by_phase(series: String, x: f64, errors: Option<Errors>) -> Found {
+    pub fn by_phase(series: String, x: f64, errors: Option<Errors>) -> FoundLight {
         let none = Measured::normal(0.0, 0.0);
         let found = errors.map_or(none, |errors| errors.correct_coarse());
         let (bias_m, std_m) = (errors.map(|e| e.bias_m), errors.map(|e| e.std_m));
-        Found { series, x, found, bias_m, std_m, bound_m: None }
+        FoundLight { series, x, found, bias_m, std_m, bound_m: None }
     }
 
     /// A row of each, over a column of x.
-    pub fn table(x_column: &str, rows: &[Found]) -> Table {
+    pub fn table(x_column: &str, rows: &[FoundLight]) -> Table {
         Table::of(rows)
             .column("series", |row| row.series.as_str())
             .column(x_column, |row| row.x)
@@ -180,25 +185,30 @@ const LIGHTS: [&str; 2] = ["moving", "fixed"];
 
 /// What both estimators say where the moving path is at several places.
 #[derive(Default)]
-pub struct Beside {
-    rows: Vec<Found>,
+pub struct MovingPathEstimates {
+    rows: Vec<FoundLight>,
 }
 
-impl Beside {
+impl MovingPathEstimates {
     /// Ranges a scene of two paths, of which the first moves: by the phase in a window, in the
     /// scans whose distance is within a chip of it, by the fit in all of the scan.
-    pub fn measure(&mut self, run: &mut Run, at: f64, window: &Scene) -> Result<(), RunError> {
+    pub fn measure(
+        &mut self,
+        run: &mut FigureScans,
+        at: f64,
+        window: &Scene,
+    ) -> Result<(), FigureError> {
         let mut whole = window.clone();
         whole.scan.first_step = 0;
         whole.scan.steps = whole.scan.steps_per_period;
         if let Some(errors) = run.errors_if_any(window, SHARES)? {
             let series = "article's estimator, moving light".to_owned();
-            self.rows.push(Found::by_phase(series, at, Some(errors)));
+            self.rows.push(FoundLight::by_phase(series, at, Some(errors)));
         }
         let fits = Fits::of(run, &whole, Tier::Counts, MOST_SCANS)?;
         let paths = LIGHTS.iter().enumerate();
         self.rows.extend(paths.map(|(path, name)| {
-            Found::by_fit(format!("joint fit, {name} light"), at, &fits, path)
+            FoundLight::by_fit(format!("joint fit, {name} light"), at, &fits, path)
         }));
         Ok(())
     }
@@ -207,19 +217,19 @@ impl Beside {
     pub fn panels(&self) -> [Panel; 2] {
         let table = self.table();
         let panel = |y| {
-            let x = Axis::linear("delay_chips", "delay of the moving path (chips of 8 ns)");
+            let x = ChartAxis::linear("delay_chips", "delay of the moving path (chips of 8 ns)");
             Panel::new(x, y).curves(&table, Mark::Dots)
         };
         [
-            panel(Axis::linear("bias_m", "bias of the distance (mm)")),
-            panel(Axis::log("std_m", "standard deviation of the distance (mm); lines: bound"))
+            panel(ChartAxis::linear("bias_m", "bias of the distance (mm)")),
+            panel(ChartAxis::log("std_m", "standard deviation of the distance (mm); lines: bound"))
                 .curves_of(&table.with("bound_m"), "bound_m", Mark::Line),
         ]
     }
 
     /// A row for each estimator, light and place of the moving path.
     pub fn table(&self) -> Table {
-        Found::table("delay_chips", &self.rows)
+        FoundLight::table("delay_chips", &self.rows)
     }
 }
 
@@ -231,7 +241,9 @@ mod tests {
     use crate::code::{CodeSpec, Family};
     use crate::estimate::fit::FittedPath;
     use crate::scene::PathIndex;
-    use crate::study::reproduce::sensor::{CHIP_PERIOD_PS, Light, balanced_gold, sensor, window};
+    use crate::study::reproduce::sensor::{
+        CHIP_PERIOD_PS, PathLight, balanced_gold, sensor, window,
+    };
     use crate::study::reproduce::{FigureId, ReproduceOptions};
 
     fn scene() -> Scene {
@@ -240,7 +252,7 @@ mod tests {
         // Out of order, one next to the end of the code's period.
         let delays_chips = [(&own, 40.0), (&other, 7.0), (&own, 0.1)];
         let lights =
-            delays_chips.map(|(code, chips)| Light::new(code, 1.0).at(chips * CHIP_PERIOD_PS));
+            delays_chips.map(|(code, chips)| PathLight::new(code, 1.0).at(chips * CHIP_PERIOD_PS));
         told_of_all(&sensor(&lights, 1e-3))
     }
 
@@ -314,12 +326,12 @@ mod tests {
         let spec = CodeSpec { degree: Some(7), index: Some(3), ..CodeSpec::new(Family::Gold) };
         let code = spec.build().map(Arc::new).expect("a Gold code");
         let moving_chips = 8.05;
-        let at = |chips: f64| Light::new(&code, 2.0).at(chips * CHIP_PERIOD_PS);
+        let at = |chips: f64| PathLight::new(&code, 2.0).at(chips * CHIP_PERIOD_PS);
         let scene = sensor(&[at(moving_chips), at(moving_chips + 1.25)], 1e-3);
         let scene = window(scene, moving_chips * CHIP_PERIOD_PS, 5);
         let options = ReproduceOptions { seed: 5, repetitions: 20, figures: Vec::new() };
-        let mut run = Run::new(FigureId::Fig11, &options);
-        let mut beside = Beside::default();
+        let mut run = FigureScans::new(FigureId::Fig11, &options);
+        let mut beside = MovingPathEstimates::default();
         beside.measure(&mut run, moving_chips, &scene).expect("distances");
         let phase_m = beside.rows[0].bias_m.expect("some find it").value;
         assert!(phase_m > 0.05, "{phase_m}");

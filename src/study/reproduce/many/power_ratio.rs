@@ -1,7 +1,7 @@
 //! The own sensor under another one that is brighter: how far off its distance is, with
 //! clocks that are one and clocks that are not.
 
-use super::{Fits, Found};
+use super::{Fits, FoundLight};
 use crate::study::reproduce::prelude::*;
 
 const INTEGRATION_S: f64 = 1.04e-3;
@@ -30,11 +30,11 @@ const KINDS: [&str; 2] = ["synchronised", "20 ppm apart"];
 
 /// The own sensor's light under `ratio` times as much of another's, over the whole code
 /// period.
-fn scene(ratio: f64, clock_offset: f64) -> Result<Scene, RunError> {
+fn scene(ratio: f64, clock_offset: f64) -> Result<Scene, FigureError> {
     let (own, other) = (balanced_gold(0, 0)?, balanced_gold(1, 0)?);
     let lights = [
-        Light::new(&own, OTHER_PW / ratio).at(OWN_CHIPS * CHIP_PERIOD_PS),
-        Light::new(&other, OTHER_PW).at(OTHER_CHIPS * CHIP_PERIOD_PS),
+        PathLight::new(&own, OTHER_PW / ratio).at(OWN_CHIPS * CHIP_PERIOD_PS),
+        PathLight::new(&other, OTHER_PW).at(OTHER_CHIPS * CHIP_PERIOD_PS),
     ];
     let mut scene = sensor(&lights, INTEGRATION_S);
     scene.sources[1].clock.offset = clock_offset;
@@ -47,7 +47,7 @@ fn round_own(scene: Scene) -> Scene {
 }
 
 /// The figure of error against power ratio.
-pub fn power_ratio(run: &mut Run) -> Result<Figure, RunError> {
+pub fn power_ratio(run: &mut FigureScans) -> Result<Figure, FigureError> {
     let (mut rows, mut notes) = (Vec::new(), vec![LOOKED_FOR.to_owned()]);
     for ratio in RATIOS {
         let one_clock = scene(ratio, 0.0)?;
@@ -60,13 +60,13 @@ pub fn power_ratio(run: &mut Run) -> Result<Figure, RunError> {
         ];
         let windows = [round_own(one_clock), two_clocks];
         for ((kind, fits), scene) in KINDS.iter().zip(&fits).zip(&windows) {
-            rows.push(Found::by_fit(format!("joint fit, {kind}"), ratio, fits, 0));
+            rows.push(FoundLight::by_fit(format!("joint fit, {kind}"), ratio, fits, 0));
             let phase = run.errors_if_any(scene, SHARES)?;
-            rows.push(Found::by_phase(format!("phase, {kind}"), ratio, phase));
+            rows.push(FoundLight::by_phase(format!("phase, {kind}"), ratio, phase));
         }
         notes.push(note(ratio, &fits));
     }
-    let table = Found::table("other_over_own", &rows);
+    let table = FoundLight::table("other_over_own", &rows);
     let errors = Table::of(&rows)
         .column("series", |row| row.series.as_str())
         .column("other_over_own", |row| row.x)
@@ -75,18 +75,21 @@ pub fn power_ratio(run: &mut Run) -> Result<Figure, RunError> {
         .table();
     let panel = |y| {
         Panel::new(
-            Axis::log("other_over_own", "power of the other sensor's light over that of the own"),
+            ChartAxis::log(
+                "other_over_own",
+                "power of the other sensor's light over that of the own",
+            ),
             y,
         )
     };
     let rms = "root mean square error of the distances found (mm); thin: bound of the joint fit";
     let panels = vec![
-        panel(Axis::log("rms_m", rms)).curves(&errors, Mark::LineAndDots).curves_of(
+        panel(ChartAxis::log("rms_m", rms)).curves(&errors, Mark::LineAndDots).curves_of(
             &errors.with("bound_m"),
             "bound_m",
             Mark::Line,
         ),
-        panel(Axis::linear("found", "share of scans that find the own path"))
+        panel(ChartAxis::linear("found", "share of scans that find the own path"))
             .curves(&table, Mark::LineAndDots),
     ];
     let title = "Own sensor under another one of 22 pW (21 Mcps), 1.04 ms per phase step; clocks \

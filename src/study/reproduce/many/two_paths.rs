@@ -28,14 +28,14 @@ struct Curve {
 /// Two paths of a code, `apart_chips` from each other.
 fn pair(code: &Arc<Code>, power_pw: f64, ratio: f64, apart_chips: f64) -> Scene {
     let strongest_pw = power_pw / (1.0 + ratio);
-    let at = |chips: f64, power_pw: f64| Light::new(code, power_pw).at(chips * CHIP_PERIOD_PS);
+    let at = |chips: f64, power_pw: f64| PathLight::new(code, power_pw).at(chips * CHIP_PERIOD_PS);
     let lights =
         [at(FIRST_CHIPS, strongest_pw), at(FIRST_CHIPS + apart_chips, ratio * strongest_pw)];
     sensor(&lights, INTEGRATION_S)
 }
 
 /// The figure of scatter against separation.
-pub fn two_paths(run: &mut Run) -> Result<Figure, RunError> {
+pub fn two_paths(run: &mut FigureScans) -> Result<Figure, FigureError> {
     let code = balanced_gold(0, 0)?;
     let mut curves = Vec::new();
     for (power_pw, level) in LEVELS {
@@ -52,7 +52,7 @@ pub fn two_paths(run: &mut Run) -> Result<Figure, RunError> {
     let panels = vec![
         scatter(&table, 0, "standard deviation of the earlier path (mm)"),
         scatter(&table, 1, "standard deviation of the later path (mm)"),
-        panel(Axis::linear("told", "share of scans that tell both paths"))
+        panel(ChartAxis::linear("told", "share of scans that tell both paths"))
             .curves(&of_path(&table, 0), Mark::LineAndDots),
     ];
     let title = "Two paths of one code, 1.04 ms per phase step: joint fit, and its bound (lines)";
@@ -60,8 +60,8 @@ pub fn two_paths(run: &mut Run) -> Result<Figure, RunError> {
     Ok(Figure { notes, ..Figure::new(title, table, panels) })
 }
 
-fn panel(y: Axis) -> Panel {
-    Panel::new(Axis::log("apart_chips", "distance of the paths' delays (chips of 8 ns)"), y)
+fn panel(y: ChartAxis) -> Panel {
+    Panel::new(ChartAxis::log("apart_chips", "distance of the paths' delays (chips of 8 ns)"), y)
 }
 
 fn of_path(table: &Table, path: u64) -> Table {
@@ -73,7 +73,7 @@ fn scatter(table: &Table, path: u64, label: &str) -> Panel {
     let told = of_path(table, path).only(|table, row| {
         table.value(row, "told").number().is_some_and(|told| told >= LEAST_TOLD)
     });
-    panel(Axis::log("std_m", label))
+    panel(ChartAxis::log("std_m", label))
         .curves_of(&told, "bound_m", Mark::Line)
         .curves(&told, Mark::Dots)
 }
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn paths_are_told_apart_where_the_light_tells_and_nowhere_else() {
         let options = ReproduceOptions { seed: 5, repetitions: 30, figures: Vec::new() };
-        let mut run = Run::new(FigureId::TwoPaths, &options);
+        let mut run = FigureScans::new(FigureId::TwoPaths, &options);
         // A short code, whose fits are quick.
         let spec = CodeSpec { degree: Some(7), index: Some(3), ..CodeSpec::new(Family::Gold) };
         let code = spec.build().map(Arc::new).expect("a Gold code");

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Curve, POWER, at_position, panel, panels, steady_std_m, table, with_interval};
+use super::{ErrorCurve, POWER, at_position, panel, panels, steady_std_m, table, with_interval};
 use crate::scene::Detector;
 use crate::study::reproduce::prelude::*;
 
@@ -20,10 +20,10 @@ const TOLERANCE_DB: f64 = 0.30;
 const A_FEW_M: f64 = 5e-3;
 
 /// Fig. 5, which decides C1.
-pub fn gold_and_square(run: &mut Run) -> Result<Figure, RunError> {
+pub fn gold_and_square(run: &mut FigureScans) -> Result<Figure, FigureError> {
     let (gold, square) = (balanced_gold(0, 0)?, square()?);
     let mut curve = |label: &str, code: &Arc<Code>| {
-        Curve::measure(run, label, &POWERS_PW, |p| of_code(code, p))
+        ErrorCurve::measure(run, label, &POWERS_PW, |p| of_code(code, p))
     };
     let of_gold = curve("Gold code", &gold)?;
     let of_square = curve("square wave", &square)?;
@@ -38,7 +38,7 @@ pub fn gold_and_square(run: &mut Run) -> Result<Figure, RunError> {
 }
 
 fn of_code(code: &Arc<Code>, power_pw: f64) -> Scene {
-    sensor(&[Light::new(code, power_pw)], INTEGRATION_S)
+    sensor(&[PathLight::new(code, power_pw)], INTEGRATION_S)
 }
 
 /// The loss at each power, and the mean over all powers up to it.
@@ -51,7 +51,7 @@ fn loss_panel(losses: &[(f64, Measured)]) -> Panel {
         .column("power_pw", |row| row.1)
         .interval("loss_db", |row| row.2)
         .table();
-    panel(POWER, Axis::linear("loss_db", "Gold code over square wave (dB)"))
+    panel(POWER, ChartAxis::linear("loss_db", "Gold code over square wave (dB)"))
         .curves(&table, Mark::LineAndDots)
         .level(&format!("the article's {CLAIMED_DB} dB"), CLAIMED_DB)
 }
@@ -63,7 +63,7 @@ fn mean_of(losses: &[(f64, Measured)]) -> Measured {
 
 /// The largest power of the article's own range: the least at which its Gold code
 /// scatters by "a few millimetres", or the last.
-fn powers_of_the_article(gold: &Curve) -> f64 {
+fn powers_of_the_article(gold: &ErrorCurve) -> f64 {
     let few = |curve: &&super::PowerPoint| curve.std_m().value <= A_FEW_M;
     let last = gold.points.iter().find(few).or(gold.points.last());
     last.map_or(f64::INFINITY, |point| point.power_pw)
@@ -71,8 +71,8 @@ fn powers_of_the_article(gold: &Curve) -> f64 {
 
 /// Where the loss comes from: what the exact moments give with and without the
 /// detector's afterpulses and its dead time, at two light levels.
-fn reasons(gold: &Arc<Code>, square: &Arc<Code>) -> Result<String, RunError> {
-    let loss_db = |power_pw: f64, change: fn(&mut Detector)| -> Result<f64, RunError> {
+fn reasons(gold: &Arc<Code>, square: &Arc<Code>) -> Result<String, FigureError> {
+    let loss_db = |power_pw: f64, change: fn(&mut Detector)| -> Result<f64, FigureError> {
         let std_m = |code: &Arc<Code>| {
             let mut scene = of_code(code, power_pw);
             change(&mut scene.detectors[0]);

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::{Curve, POWER, POWERS_PW, mean_loss, panels, table, with_interval};
+use super::{ErrorCurve, POWER, POWERS_PW, mean_loss, panels, table, with_interval};
 use crate::study::reproduce::prelude::*;
 
 /// Fig. 6, which decides C4.
-pub fn interleaving(run: &mut Run) -> Result<Figure, RunError> {
+pub fn interleaving(run: &mut FigureScans) -> Result<Figure, FigureError> {
     const INTEGRATION_S: f64 = 209.608e-6;
     let mut codes = Vec::new();
     for nu in 0..=3 {
@@ -15,8 +15,8 @@ pub fn interleaving(run: &mut Run) -> Result<Figure, RunError> {
     codes.push(("square wave".to_owned(), square()?));
     let mut curves = Vec::new();
     for (label, code) in &codes {
-        curves.push(Curve::measure(run, label, &POWERS_PW, |power_pw| {
-            sensor(&[Light::new(code, power_pw)], INTEGRATION_S)
+        curves.push(ErrorCurve::measure(run, label, &POWERS_PW, |power_pw| {
+            sensor(&[PathLight::new(code, power_pw)], INTEGRATION_S)
         })?);
     }
     let claims = recovery(&curves, &by_amplitude(&codes)).into_iter().collect();
@@ -41,7 +41,7 @@ fn by_amplitude(codes: &[(String, Arc<Code>)]) -> String {
 }
 
 /// C4, from the curves for nu = 0..3 and the square wave.
-fn recovery(curves: &[Curve], by_amplitude: &str) -> Option<Claim> {
+fn recovery(curves: &[ErrorCurve], by_amplitude: &str) -> Option<Claim> {
     let [plain, once, _, thrice, square] = curves else {
         return None;
     };

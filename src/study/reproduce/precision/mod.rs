@@ -16,7 +16,7 @@ const POWER: &str = "optical power at the detector (pW)";
 
 /// Mean over the powers of the decibels by which one curve is above another; none
 /// where nothing can be compared.
-fn mean_loss(above: &Curve, below: &Curve) -> Option<Measured> {
+fn mean_loss(above: &ErrorCurve, below: &ErrorCurve) -> Option<Measured> {
     let losses = above.decibels_above(below);
     let values: Vec<Measured> = losses.iter().map(|(_, loss)| *loss).collect();
     (!values.is_empty()).then(|| mean(&values))
@@ -53,20 +53,20 @@ pub fn at_position(mut scene: Scene, position: f64) -> Scene {
 
 /// Standard deviation that the exact moments give for a coarse stage that stands
 /// still, in metres.
-pub fn steady_std_m(scene: &Scene) -> Result<f64, RunError> {
+pub fn steady_std_m(scene: &Scene) -> Result<f64, FigureError> {
     Ok(expected(scene)?.std_m)
 }
 
 /// Errors at one of [`POSITIONS`].
 #[derive(Debug, Clone, Copy)]
-pub struct Position {
+pub struct PositionErrors {
     /// As simulated.
     pub errors: Errors,
     /// What scans would scatter by at one coarse step, in metres.
     pub steady_std_m: f64,
 }
 
-impl Position {
+impl PositionErrors {
     /// Whether scans scatter because the coarse stage wavers between steps.
     pub fn wavers(&self) -> bool {
         self.errors.elsewhere.value >= WAVERING_SHARE
@@ -80,25 +80,25 @@ pub struct PowerPoint {
     /// Mean power of each source at the detector.
     pub power_pw: f64,
     /// At each of [`POSITIONS`].
-    pub positions: Vec<Position>,
+    pub positions: Vec<PositionErrors>,
 }
 
 impl PowerPoint {
     /// From one of `shares` of the scans at each position.
     pub fn measure(
-        run: &mut Run,
+        run: &mut FigureScans,
         power_pw: f64,
         shares: u64,
         scene: impl Fn(f64) -> Scene,
-    ) -> Result<PowerPoint, RunError> {
+    ) -> Result<PowerPoint, FigureError> {
         let positions = POSITIONS.iter().map(|&position| {
             let scene = at_position(scene(power_pw), position);
-            Ok(Position {
+            Ok(PositionErrors {
                 errors: run.share_of_errors(&scene, shares)?,
                 steady_std_m: steady_std_m(&scene)?,
             })
         });
-        Ok(PowerPoint { power_pw, positions: positions.collect::<Result<_, RunError>>()? })
+        Ok(PowerPoint { power_pw, positions: positions.collect::<Result<_, FigureError>>()? })
     }
 
     fn each<T>(&self, value: impl Fn(&Errors) -> T) -> Vec<T> {
@@ -129,7 +129,7 @@ impl PowerPoint {
 
     /// Whether the coarse stage wavers at any position.
     pub fn wavers(&self) -> bool {
-        self.positions.iter().any(Position::wavers)
+        self.positions.iter().any(PositionErrors::wavers)
     }
 
     /// Whether its standard deviation is that of all scans.
@@ -139,31 +139,31 @@ impl PowerPoint {
 }
 
 /// Errors at each of some powers.
-pub struct Curve {
+pub struct ErrorCurve {
     /// Name of the series.
     pub label: String,
     /// By power.
     pub points: Vec<PowerPoint>,
 }
 
-impl Curve {
+impl ErrorCurve {
     /// `scene` gives the sensor for one power; the scans are shared among the
     /// positions.
     pub fn measure(
-        run: &mut Run,
+        run: &mut FigureScans,
         label: &str,
         powers_pw: &[f64],
         scene: impl Fn(f64) -> Scene,
-    ) -> Result<Curve, RunError> {
+    ) -> Result<ErrorCurve, FigureError> {
         let points = powers_pw
             .iter()
             .map(|&power_pw| PowerPoint::measure(run, power_pw, POSITIONS.len() as u64, &scene));
-        Ok(Curve { label: label.to_owned(), points: points.collect::<Result<_, _>>()? })
+        Ok(ErrorCurve { label: label.to_owned(), points: points.collect::<Result<_, _>>()? })
     }
 
     /// Decibels by which this curve's standard deviation is above another's, at
     /// each power where both can be compared.
-    pub fn decibels_above(&self, other: &Curve) -> Vec<(f64, Measured)> {
+    pub fn decibels_above(&self, other: &ErrorCurve) -> Vec<(f64, Measured)> {
         let mut losses = Vec::new();
         for above in &self.points {
             let same_power = other.points.iter().find(|p| p.power_pw == above.power_pw);
@@ -182,14 +182,14 @@ impl Curve {
 }
 
 /// The data of curves: a row for each power and position.
-pub fn table(curves: &[Curve]) -> Table {
+pub fn table(curves: &[ErrorCurve]) -> Table {
     let rows = curves.iter().flat_map(|curve| {
         curve.points.iter().flat_map(|point| {
             let positions = POSITIONS.iter().zip(&point.positions);
             positions.map(|(position, at)| (&curve.label, point.power_pw, *position, at))
         })
     });
-    let rows: Vec<(&String, f64, f64, &Position)> = rows.collect();
+    let rows: Vec<(&String, f64, f64, &PositionErrors)> = rows.collect();
     Table::of(&rows)
         .column("series", |row| row.0.as_str())
         .column("power_pw", |row| row.1)
@@ -205,13 +205,13 @@ pub fn table(curves: &[Curve]) -> Table {
 }
 
 /// A panel over powers.
-pub fn panel(power_label: &str, y: Axis) -> Panel {
-    Panel::new(Axis::log("power_pw", power_label), y)
+pub fn panel(power_label: &str, y: ChartAxis) -> Panel {
+    Panel::new(ChartAxis::log("power_pw", power_label), y)
 }
 
 /// Standard deviations over all positions, with rings where the coarse stage wavers, and
 /// biases, each the mean over all positions.
-pub fn panels(power_label: &str, curves: &[Curve]) -> [Panel; 2] {
+pub fn panels(power_label: &str, curves: &[ErrorCurve]) -> [Panel; 2] {
     let rows = curves.iter().flat_map(|curve| curve.points.iter().map(|at| (&curve.label, at)));
     let rows: Vec<(&String, &PowerPoint)> = rows.collect();
     let drawn = Table::of(&rows)
@@ -221,19 +221,19 @@ pub fn panels(power_label: &str, curves: &[Curve]) -> [Panel; 2] {
         .interval("bias_m", |(_, point)| point.bias_m())
         .column("wavers", |(_, point)| u32::from(point.wavers()))
         .table();
-    let std = panel(power_label, Axis::log("std_m", "standard deviation (mm)"));
-    let bias = panel(power_label, Axis::linear("bias_m", "bias (mm)"));
+    let std = panel(power_label, ChartAxis::log("std_m", "standard deviation (mm)"));
+    let bias = panel(power_label, ChartAxis::linear("bias_m", "bias (mm)"));
     [ringed(std.curves(&drawn, Mark::LineAndDots), &drawn), bias.curves(&drawn, Mark::LineAndDots)]
 }
 
 /// One curve's standard deviations position by position, with rings where the
 /// coarse stage wavers, and lines at some limits.
-pub fn positions_panel(power_label: &str, curve: &Curve, limits_mm: &[f64]) -> Panel {
+pub fn positions_panel(power_label: &str, curve: &ErrorCurve, limits_mm: &[f64]) -> Panel {
     let drawn = table(std::slice::from_ref(curve)).named(|table, row| {
         let position = table.value(row, "position_steps").text();
         format!("{}, target + {position} T_s", row.name)
     });
-    let y = Axis::log("std_m", "standard deviation (mm), by position of the target");
+    let y = ChartAxis::log("std_m", "standard deviation (mm), by position of the target");
     let mut panel = panel(power_label, y).curves(&drawn, Mark::LineAndDots);
     for limit_mm in limits_mm {
         panel = panel.level(&format!("{limit_mm} mm"), *limit_mm);
@@ -252,8 +252,8 @@ pub mod tests {
     use super::*;
 
     /// Scans that scatter by so much at every position.
-    fn position(std_m: f64, steady_std_m: f64, elsewhere: u64) -> Position {
-        Position {
+    fn position(std_m: f64, steady_std_m: f64, elsewhere: u64) -> PositionErrors {
+        PositionErrors {
             errors: Errors {
                 std_m: Measured::normal(std_m, 0.01 * std_m),
                 bias_m: Measured::normal(0.0, 1e-6),
@@ -266,12 +266,12 @@ pub mod tests {
         }
     }
 
-    pub fn curve(std_m: f64) -> Curve {
+    pub fn curve(std_m: f64) -> ErrorCurve {
         let point = |power_pw| PowerPoint {
             power_pw,
             positions: vec![position(std_m, std_m, 0); POSITIONS.len()],
         };
-        Curve {
+        ErrorCurve {
             label: String::new(),
             points: [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0].map(point).into(),
         }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{
-    Curve, POSITIONS, POWER, POWERS_PW, PowerPoint, at_position, mean_loss, panels,
+    ErrorCurve, POSITIONS, POWER, POWERS_PW, PowerPoint, at_position, mean_loss, panels,
     positions_panel, steady_std_m, table, with_interval,
 };
 use crate::study::reproduce::prelude::*;
@@ -14,16 +14,17 @@ const SECOND_LATER_PS: f64 = 20.0 * CHIP_PERIOD_PS;
 /// It and a second source of equal power.
 fn beside(own: &Arc<Code>, other: &Arc<Code>, power_pw: f64) -> Scene {
     let later = TARGET_PS + SECOND_LATER_PS;
-    let lights = [Light::new(own, power_pw), Light::new(other, power_pw).at(later)];
+    let lights = [PathLight::new(own, power_pw), PathLight::new(other, power_pw).at(later)];
     sensor(&lights, INTEGRATION_S)
 }
 
 /// Fig. 8, which decides C2, C3 and C6.
-pub fn two_sources(run: &mut Run) -> Result<Figure, RunError> {
+pub fn two_sources(run: &mut FigureScans) -> Result<Figure, FigureError> {
     let (own, other) = (balanced_gold(0, 0)?, balanced_gold(1, 0)?);
-    let single = Curve::measure(run, "one source", &SINGLE_POWERS_PW, |p| alone(&own, p))?;
-    let mut curve =
-        |label: &str, scene: &dyn Fn(f64) -> Scene| Curve::measure(run, label, &POWERS_PW, scene);
+    let single = ErrorCurve::measure(run, "one source", &SINGLE_POWERS_PW, |p| alone(&own, p))?;
+    let mut curve = |label: &str, scene: &dyn Fn(f64) -> Scene| {
+        ErrorCurve::measure(run, label, &POWERS_PW, scene)
+    };
     let square = square()?;
     let by_gold = curve("second source, another Gold code", &|p| beside(&own, &other, p))?;
     let by_square = curve("second source, square wave", &|p| beside(&own, &square, p))?;
@@ -50,17 +51,21 @@ pub fn two_sources(run: &mut Run) -> Result<Figure, RunError> {
 
 /// Share of scans over the whole code period whose largest count is the
 /// target's, with another code of equal power.
-fn unique_peak(run: &mut Run, own: &Arc<Code>, other: &Arc<Code>) -> Result<Measured, RunError> {
-    let other = Light::new(other, 4.0).at(TARGET_PS + SECOND_LATER_PS);
-    run.search(&sensor(&[Light::new(own, 4.0), other], 104.8e-6))
+fn unique_peak(
+    run: &mut FigureScans,
+    own: &Arc<Code>,
+    other: &Arc<Code>,
+) -> Result<Measured, FigureError> {
+    let other = PathLight::new(other, 4.0).at(TARGET_PS + SECOND_LATER_PS);
+    run.search(&sensor(&[PathLight::new(own, 4.0), other], 104.8e-6))
 }
 
 /// C6, from what an interferer costs at each power: by the article's own words, then
 /// by the light that any second source brings.
 fn multi_view(
-    single: &Curve,
-    by_gold: &Curve,
-    by_constant: &Curve,
+    single: &ErrorCurve,
+    by_gold: &ErrorCurve,
+    by_constant: &ErrorCurve,
     unique: Measured,
 ) -> Vec<Claim> {
     /// What the article calls "not substantial" for a Gold code (C1); a "small"
@@ -105,7 +110,7 @@ fn multi_view(
 }
 
 /// C6's remark: what else a second source does.
-fn beside_one_source(by_gold: &Curve, unique: Measured) -> String {
+fn beside_one_source(by_gold: &ErrorCurve, unique: Measured) -> String {
     let biases_mm = by_gold.points.iter().map(|p| p.bias_m().value * 1e3);
     let worst_mm = biases_mm.fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
     format!(
@@ -142,11 +147,15 @@ struct Best {
 
 /// One source, without any other light.
 pub fn alone(own: &Arc<Code>, power_pw: f64) -> Scene {
-    sensor(&[Light::new(own, power_pw)], INTEGRATION_S)
+    sensor(&[PathLight::new(own, power_pw)], INTEGRATION_S)
 }
 
 /// Both claims, from the curve of one source.
-fn precise_claims(run: &mut Run, own: &Arc<Code>, single: &Curve) -> Result<Vec<Claim>, RunError> {
+fn precise_claims(
+    run: &mut FigureScans,
+    own: &Arc<Code>,
+    single: &ErrorCurve,
+) -> Result<Vec<Claim>, FigureError> {
     let Some(best) = single.best() else {
         return Ok(Vec::new());
     };
@@ -161,12 +170,12 @@ fn precise_claims(run: &mut Run, own: &Arc<Code>, single: &Curve) -> Result<Vec<
 }
 
 /// The least standard deviation of other codes by the exact moments, in words.
-fn best_of(codes: &[(&str, Arc<Code>)]) -> Result<String, RunError> {
+fn best_of(codes: &[(&str, Arc<Code>)]) -> Result<String, FigureError> {
     let mut texts = Vec::new();
     for (name, code) in codes {
         let mut least_m = f64::INFINITY;
         for power_pw in SINGLE_POWERS_PW {
-            let scene = sensor(&[Light::new(code, power_pw)], INTEGRATION_S);
+            let scene = sensor(&[PathLight::new(code, power_pw)], INTEGRATION_S);
             least_m = least_m.min(steady_std_m(&at_position(scene, POSITIONS[0]))?);
         }
         texts.push(format!("{:.2} mm with {name}", least_m * 1e3));
@@ -174,7 +183,7 @@ fn best_of(codes: &[(&str, Arc<Code>)]) -> Result<String, RunError> {
     Ok(texts.join(" and "))
 }
 
-fn decide(single: &Curve, best: &Best) -> [Claim; 2] {
+fn decide(single: &ErrorCurve, best: &Best) -> [Claim; 2] {
     let std = best.again.std_m().scaled(1e3);
     let claim = |claim, limit_mm| {
         let verdict = ClaimVerdict::below(std, limit_mm);
@@ -194,7 +203,7 @@ fn decide(single: &Curve, best: &Best) -> [Claim; 2] {
     [claim(precise, BELOW_MM), claim(almost, ALMOST_MM)]
 }
 
-fn remark(single: &Curve, best: &Best, limit_mm: f64) -> String {
+fn remark(single: &ErrorCurve, best: &Best, limit_mm: f64) -> String {
     let again = &best.again;
     let by_position = POSITIONS.iter().zip(&again.positions).map(|(step, found)| {
         let std = with_interval(found.errors.std_m.scaled(1e3));
@@ -226,7 +235,7 @@ fn remark(single: &Curve, best: &Best, limit_mm: f64) -> String {
 }
 
 /// The powers of a curve that have a property, in words.
-fn powers(curve: &Curve, have: impl Fn(&PowerPoint) -> bool) -> String {
+fn powers(curve: &ErrorCurve, have: impl Fn(&PowerPoint) -> bool) -> String {
     let some = curve.points.iter().filter(|point| have(point));
     let named: Vec<String> = some.map(|point| point.power_pw.to_string()).collect();
     match named.join(", ") {

@@ -10,18 +10,18 @@ use std::thread;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::netlist::{CHOICE, Driver, Net, Netlist, PortNets, Register};
+use super::netlist::{BitNet, CHOICE, Driver, FlipFlop, GateNetlist, PortNets};
 use super::synthesis::synthesise;
 use super::vectors;
 use super::verilog::{self, CLOCK, MODULE, RESET_CLOCK, module, output_nets};
 use super::yosys::{self, Memories};
-use super::{Refusal, Unfit};
+use super::{LaneRefusal, Unfit};
 use crate::cosim::build::{Built, LanesUnit, build_lanes};
 use crate::cosim::source::SourceFile;
 use crate::scene::Polarity;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Layout, Record};
-use crate::sensor::port::{Role, Use};
+use crate::sensor::port::{PortRole, Use};
 
 /// Name of the header that `testbench/lanes.cpp` includes.
 const HEADER: &str = "goldtof_lanes.h";
@@ -36,13 +36,13 @@ const MOST_CLOCKS: u64 = 2_048;
 
 /// A design that can run in lanes.
 #[derive(Debug, Clone)]
-pub struct Design {
+pub struct LaneDesign {
     /// The program in vectors.
     vectors: Built,
     /// Verilator's program.
     verilator: Built,
     /// Its registers, in the order of their planes.
-    pub registers: Vec<Register>,
+    pub registers: Vec<FlipFlop>,
     /// Whether each follows an input other than the reset.
     pub(super) follow_inputs: Vec<bool>,
     /// What the design is; part of the identity of all that follows from it.
@@ -76,7 +76,7 @@ impl Backend {
     }
 }
 
-impl Design {
+impl LaneDesign {
     /// Makes a design from Verilog, or finds it made.
     ///
     /// # Errors
@@ -86,9 +86,9 @@ impl Design {
         sources: &[SourceFile],
         interface: &Interface,
         cache: &Path,
-    ) -> Result<Design, Refusal> {
-        let netlist = Design::netlist(top, sources, Memories::Refused, cache)?;
-        Design::of(&netlist, interface, cache)
+    ) -> Result<LaneDesign, LaneRefusal> {
+        let netlist = LaneDesign::netlist(top, sources, Memories::Refused, cache)?;
+        LaneDesign::of(&netlist, interface, cache)
     }
 
     /// The netlist of a design.
@@ -100,7 +100,7 @@ impl Design {
         sources: &[SourceFile],
         memories: Memories,
         cache: &Path,
-    ) -> Result<Netlist, Refusal> {
+    ) -> Result<GateNetlist, LaneRefusal> {
         let json = synthesise(top, sources, memories, cache)?;
         Ok(yosys::read(&json, top)?)
     }
@@ -109,10 +109,14 @@ impl Design {
     ///
     /// # Errors
     /// What of it has no place in lanes; or a tool fails.
-    pub fn of(netlist: &Netlist, interface: &Interface, cache: &Path) -> Result<Design, Refusal> {
+    pub fn of(
+        netlist: &GateNetlist,
+        interface: &Interface,
+        cache: &Path,
+    ) -> Result<LaneDesign, LaneRefusal> {
         let cells = netlist.gates.len() + netlist.registers.len();
         if cells > MOST_CELLS {
-            return Err(Refusal::unfit(format!(
+            return Err(LaneRefusal::unfit(format!(
                 "it has {cells} gates and registers; more than {MOST_CELLS} take longer to compile \
                  than lanes save"
             )));
@@ -121,8 +125,8 @@ impl Design {
         let outputs = planes(&netlist.outputs, &layout.outputs)?;
         planes(&netlist.inputs, &layout.inputs)?;
         let tables = interface.source_codes.len() + 1;
-        let reset = netlist.input(Role::Reset.name()).map(|nets| nets[0]);
-        let samples = layout.inputs.field(Role::Samples).port.width as usize;
+        let reset = netlist.input(PortRole::Reset.name()).map(|nets| nets[0]);
+        let samples = layout.inputs.field(PortRole::Samples).port.width as usize;
         let block_clocks = (SAMPLES_OF_BLOCK / samples as u64).clamp(LEAST_CLOCKS, MOST_CLOCKS);
         let shared = format!(
             "{}#define LANES_TABLES {tables}\n#define LANES_CLOCKS {block_clocks}\n",
@@ -142,7 +146,7 @@ impl Design {
             (vectors, verilator.join().unwrap_or_else(|panic| resume_unwind(panic)))
         });
         let (vectors, identity) = vectors?;
-        Ok(Design {
+        Ok(LaneDesign {
             vectors,
             verilator: verilator?.0,
             registers: netlist.registers.clone(),
@@ -183,7 +187,7 @@ fn rest_plane(level: bool) -> &'static str {
 ///
 /// # Errors
 /// When the netlist has not these ports, or others: nothing drives or expects them.
-pub(super) fn planes(ports: &[PortNets], record: &Record) -> Result<Vec<Net>, Unfit> {
+pub(super) fn planes(ports: &[PortNets], record: &Record) -> Result<Vec<BitNet>, Unfit> {
     let is_known = |port: &PortNets| record.fields.iter().any(|f| f.port.name == port.name);
     if let Some(port) = ports.iter().find(|port| port.name != CHOICE && !is_known(port)) {
         let name = &port.name;
@@ -233,11 +237,11 @@ static inline bool any(Plane plane) { return plane != 0; }
 
 /// Writes the header: how planes go to the model's ports and come from them. The level of each
 /// detector, with `lanes` samples in a word, is told by where it changes.
-fn header(netlist: &Netlist, interface: &Interface, outputs: &[Net]) -> String {
+fn header(netlist: &GateNetlist, interface: &Interface, outputs: &[BitNet]) -> String {
     let (layout, lanes) = (Layout::of(interface), interface.lanes());
     let drivers = netlist.drivers();
-    let name = |net: Net| name_of(netlist, &drivers, net);
-    let samples = layout.inputs.field(Role::Samples).port.width;
+    let name = |net: BitNet| name_of(netlist, &drivers, net);
+    let samples = layout.inputs.field(PortRole::Samples).port.width;
     let mut text = format!(
         "#define LANES_SAMPLES {samples}\n#define LANES_DETECTORS {}\n#define LANES_OUTPUTS {}\n\
          static inline void lanes_apply(LanesRoot& root, const Plane& reset, Plane* levels, \
@@ -247,10 +251,10 @@ fn header(netlist: &Netlist, interface: &Interface, outputs: &[Net]) -> String {
     );
     let mut number = 0;
     for port in &netlist.inputs {
-        let role = Role::of(&port.name);
+        let role = PortRole::of(&port.name);
         for bit in 0..port.nets.len() {
-            let source = match role.map(Role::usage) {
-                _ if role == Some(Role::Reset) => "reset".to_owned(),
+            let source = match role.map(PortRole::usage) {
+                _ if role == Some(PortRole::Reset) => "reset".to_owned(),
                 // Photons leave all others as they rest.
                 Some(Use::Level { rest }) => rest_plane(rest).to_owned(),
                 _ => {
@@ -275,13 +279,13 @@ fn header(netlist: &Netlist, interface: &Interface, outputs: &[Net]) -> String {
     let _ = writeln!(
         text,
         "}}\nstatic inline Plane lanes_valid(const LanesRoot& root) {{ return {}; }}",
-        name(outputs[layout.outputs.bits_before(Role::Valid)])
+        name(outputs[layout.outputs.bits_before(PortRole::Valid)])
     );
     text + &registers_text(netlist)
 }
 
 /// What an output is called in the model.
-pub(super) fn name_of(netlist: &Netlist, drivers: &[Driver], net: Net) -> String {
+pub(super) fn name_of(netlist: &GateNetlist, drivers: &[Driver], net: BitNet) -> String {
     match drivers[net.index()] {
         Driver::Register(register) => format!("root.q{register}"),
         _ => {
@@ -292,7 +296,7 @@ pub(super) fn name_of(netlist: &Netlist, drivers: &[Driver], net: Net) -> String
 }
 
 /// Functions that set and read all registers.
-pub(super) fn registers_text(netlist: &Netlist) -> String {
+pub(super) fn registers_text(netlist: &GateNetlist) -> String {
     let mut text =
         "static inline void lanes_load(LanesRoot& root, const Stored* planes) {\n".to_owned();
     for i in 0..netlist.registers.len() {

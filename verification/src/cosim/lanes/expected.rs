@@ -3,23 +3,23 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::Refusal;
-use super::pulses::{Light, Packed};
+use super::LaneRefusal;
+use super::pulses::{LaneStimulus, Packed};
 use super::slices::Slices;
-use super::tally::Tally;
+use super::tally::LaneTally;
 use crate::cosim::error::CosimError;
-use crate::reference::canvas::{Change, Changes};
+use crate::reference::canvas::{Changes, OutputChange};
 use crate::reference::exercise::Exercised;
-use crate::reference::predictor::{Reference, Surroundings};
+use crate::reference::predictor::{ReferenceModel, Surroundings};
 use crate::reference::stimulus::RESET_CLOCKS;
 use crate::scan::Sample;
 
 /// Stimulus and expectations of a run.
-pub(super) struct Expected {
+pub(super) struct ExpectedRun {
     /// For each detector.
     pub(super) pulses: Vec<Vec<Packed>>,
     /// In order.
-    pub(super) changes: Vec<Change>,
+    pub(super) changes: Vec<OutputChange>,
     /// For each slice what had been counted where its warm-up begins.
     pub(super) counted: Vec<Vec<i64>>,
     /// For each detector the hits of each step.
@@ -28,25 +28,25 @@ pub(super) struct Expected {
     pub(super) exercise: Exercised,
 }
 
-impl Expected {
+impl ExpectedRun {
     /// Runs photons and reference model.
     ///
     /// # Errors
     /// When it is more than can be kept, or the run was stopped.
     pub(super) fn of(
-        light: &Light,
+        light: &LaneStimulus,
         slices: &Slices,
         threads: usize,
         stop: &AtomicBool,
-    ) -> Result<Expected, Refusal> {
+    ) -> Result<ExpectedRun, LaneRefusal> {
         let interface = light.interface;
-        let reference = Reference::new(interface.clone()).map_err(CosimError::from)?;
+        let reference = ReferenceModel::new(interface.clone()).map_err(CosimError::from)?;
         let mut follower = Follower {
             totals: vec![Vec::new(); light.models.len()],
             reference,
             changes: Changes::default(),
             list: Vec::new(),
-            tally: Tally::new(interface),
+            tally: LaneTally::new(interface),
             clock: 0,
             // Groups before which the counted numbers are wanted, last first.
             wanted: slices
@@ -63,7 +63,7 @@ impl Expected {
         follower.note();
         let pulses =
             light.pulses(clocks, threads, stop, |clock, hits| follower.follow(clock, hits))?;
-        Ok(Expected {
+        Ok(ExpectedRun {
             pulses,
             exercise: follower.reference.exercise().clone(),
             changes: follower.list,
@@ -77,10 +77,10 @@ impl Expected {
 struct Follower {
     /// For each detector the hits of each step so far.
     totals: Vec<Vec<u64>>,
-    reference: Reference,
+    reference: ReferenceModel,
     changes: Changes,
-    list: Vec<Change>,
-    tally: Tally,
+    list: Vec<OutputChange>,
+    tally: LaneTally,
     clock: u64,
     wanted: Vec<u64>,
     counted: Vec<Vec<i64>>,

@@ -8,11 +8,11 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::Refusal;
+use super::LaneRefusal;
 use super::synthesis::{
     failed_in_yosys, first_error, script_of_sources, write_sources, yosys_version,
 };
-use super::yosys::{Bit, Cell, Document};
+use super::yosys::{Bit, YosysCell, YosysDocument};
 use crate::cosim::build::elaborated;
 use crate::cosim::cache::{hash, once, write};
 use crate::cosim::drivers;
@@ -52,7 +52,7 @@ pub(super) fn refuse_ambiguous(
     top: &str,
     sources: &[SourceFile],
     cache: &Path,
-) -> Result<(), Refusal> {
+) -> Result<(), LaneRefusal> {
     let yosys = Tool::yosys();
     let version = yosys_version(&yosys, cache)?;
     let tools = Tools::find(cache)?;
@@ -87,7 +87,7 @@ pub(super) fn refuse_ambiguous(
     let found = failed_in_yosys(made, unfit)?;
     match found.lines().next() {
         None => Ok(()),
-        Some(first) => Err(Refusal::unfit(format!(
+        Some(first) => Err(LaneRefusal::unfit(format!(
             "simulation and synthesis may not mean the same: {}",
             in_users_terms(first, sources)
         ))),
@@ -140,7 +140,7 @@ fn is_undefined(bit: &Bit) -> bool {
 
 /// What Yosys's words of a design leave undefined, each with its place.
 fn of_words(json: &str, top: &str) -> Vec<String> {
-    let document: Result<Document, _> = serde_json::from_str(json);
+    let document: Result<YosysDocument, _> = serde_json::from_str(json);
     let Some(module) = document.ok().and_then(|mut document| document.modules.remove(top)) else {
         return vec!["Yosys's words cannot be read".to_owned()];
     };
@@ -153,7 +153,7 @@ fn of_words(json: &str, top: &str) -> Vec<String> {
     };
     let inputs = module.ports.values().filter(|port| port.direction == "input");
     inputs.for_each(|port| drive(&port.bits));
-    let is_input = |cell: &Cell, pin: &str| {
+    let is_input = |cell: &YosysCell, pin: &str| {
         cell.port_directions.get(pin).is_some_and(|direction| direction == "input")
     };
     for cell in module.cells.values() {
@@ -184,7 +184,7 @@ fn of_words(json: &str, top: &str) -> Vec<String> {
 
 /// Whether a selection of bits may go beyond them: the largest index is where every bit of
 /// it that is no constant is 1.
-fn may_select_beyond(cell: &Cell) -> bool {
+fn may_select_beyond(cell: &YosysCell) -> bool {
     if cell.r#type != "$shiftx" {
         return false;
     }
@@ -206,7 +206,7 @@ fn may_select_beyond(cell: &Cell) -> bool {
 
 /// The file and line of a cell: of `FILE:LINE.COLUMN-LINE.COLUMN|...` the innermost. Yosys leaves
 /// some at line 0.
-fn place(cell: &Cell) -> String {
+fn place(cell: &YosysCell) -> String {
     let source = cell.attributes.get("src").and_then(|value| value.as_str()).unwrap_or_default();
     let mut places = source.rsplit('|').filter_map(|place| {
         let (file, columns) = place.rsplit_once(':')?;

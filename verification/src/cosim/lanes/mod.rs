@@ -40,10 +40,10 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 
-use self::design::Design;
-use self::expected::Expected;
+use self::design::LaneDesign;
+use self::expected::ExpectedRun;
 use self::meaning::refuse_ambiguous;
-use self::pulses::Light;
+use self::pulses::LaneStimulus;
 use self::run::{LanesOutcome, LanesRun};
 use self::slices::Slices;
 use self::starts::Starts;
@@ -67,7 +67,7 @@ impl Unfit {
 
 /// Why lanes gave no answer.
 #[derive(Debug, thiserror::Error)]
-pub enum Refusal {
+pub enum LaneRefusal {
     /// It has no place in lanes: lock-step does it.
     #[error(transparent)]
     Unfit(#[from] Unfit),
@@ -80,16 +80,16 @@ pub enum Refusal {
     Failed(#[from] CosimError),
 }
 
-impl Refusal {
-    pub(crate) fn unfit(reason: impl Into<String>) -> Refusal {
-        Refusal::Unfit(Unfit::new(reason))
+impl LaneRefusal {
+    pub(crate) fn unfit(reason: impl Into<String>) -> LaneRefusal {
+        LaneRefusal::Unfit(Unfit::new(reason))
     }
 }
 
 /// A design that can run a scene's photons in lanes.
 #[derive(Debug, Clone)]
-pub struct Prepared {
-    design: Design,
+pub struct PreparedLanes {
+    design: LaneDesign,
     starts: Starts,
     interface: Interface,
 }
@@ -105,7 +105,7 @@ pub fn refuse_memories(interface: &Interface) -> Result<(), Unfit> {
     }
 }
 
-impl Prepared {
+impl PreparedLanes {
     /// Builds a design, and finds the states in which lanes start; both are kept.
     ///
     /// # Errors
@@ -116,18 +116,18 @@ impl Prepared {
         interface: &Interface,
         clocks: u64,
         cache: &Path,
-    ) -> Result<Prepared, Refusal> {
+    ) -> Result<PreparedLanes, LaneRefusal> {
         refuse_memories(interface)?;
         if interface.input_cells.count > 1 {
-            return Err(Refusal::unfit(
+            return Err(LaneRefusal::unfit(
                 "a detector whose cells have an input each (cell_outputs = \"separate\") has a level when \
                  a lane starts that one pulse does not tell",
             ));
         }
         Slices::of(interface, clocks, lanes())?;
         refuse_ambiguous(top, sources, cache)?;
-        let design = Design::build(top, sources, interface, cache)?;
-        Ok(Prepared {
+        let design = LaneDesign::build(top, sources, interface, cache)?;
+        Ok(PreparedLanes {
             starts: Starts::of(&design, interface, cache)?,
             design,
             interface: interface.clone(),
@@ -148,11 +148,11 @@ impl Prepared {
         clocks: u64,
         stop: &AtomicBool,
         on_progress: &(dyn Fn(u64) + Sync),
-    ) -> Result<LanesOutcome, Refusal> {
+    ) -> Result<LanesOutcome, LaneRefusal> {
         self.lanes_run(models, seed, clocks, stop)?.run(on_progress)
     }
 
-    /// Makes the photons of [`Prepared::run`], and nothing of them: for a bench.
+    /// Makes the photons of [`PreparedLanes::run`], and nothing of them: for a bench.
     ///
     /// # Errors
     /// When there are too many, or it was stopped.
@@ -162,26 +162,26 @@ impl Prepared {
         seed: u64,
         clocks: u64,
         stop: &AtomicBool,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), LaneRefusal> {
         let run = self.lanes_run(models, seed, clocks, stop)?;
         run.light.pulses(clocks, run.threads, stop, |_, _| ())?;
         Ok(())
     }
 
-    /// Makes the photons of [`Prepared::run`], and what the reference model expects of them: for
+    /// Makes the photons of [`PreparedLanes::run`], and what the reference model expects of them: for
     /// a bench.
     ///
     /// # Errors
-    /// As [`Prepared::photons`].
+    /// As [`PreparedLanes::photons`].
     pub fn expectations(
         &self,
         models: &[DetectorModel],
         seed: u64,
         clocks: u64,
         stop: &AtomicBool,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), LaneRefusal> {
         let run = self.lanes_run(models, seed, clocks, stop)?;
-        Expected::of(&run.light, &run.setup.slices, run.threads, stop)?;
+        ExpectedRun::of(&run.light, &run.setup.slices, run.threads, stop)?;
         Ok(())
     }
 
@@ -191,7 +191,7 @@ impl Prepared {
         seed: u64,
         clocks: u64,
         stop: &'a AtomicBool,
-    ) -> Result<LanesRun<'a>, Refusal> {
+    ) -> Result<LanesRun<'a>, LaneRefusal> {
         Ok(LanesRun {
             setup: Setup {
                 design: &self.design,
@@ -200,7 +200,7 @@ impl Prepared {
                 slices: Slices::of(&self.interface, clocks, lanes())?,
                 stop,
             },
-            light: Light { models, interface: &self.interface, seed },
+            light: LaneStimulus { models, interface: &self.interface, seed },
             threads: threads(),
         })
     }

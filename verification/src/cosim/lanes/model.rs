@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use super::design::{Backend, Design};
+use super::design::{Backend, LaneDesign};
 use super::planes::Planes;
 use crate::cosim::error::CosimError;
 use crate::cosim::process::Process;
@@ -43,7 +43,7 @@ pub(super) struct LaneBlock {
 
 /// What came of a block.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Found {
+pub(super) struct BlockAnswer {
     /// Lanes that differed.
     pub(super) different: Planes,
     /// First clock of the block at which one did.
@@ -100,7 +100,7 @@ impl LaneModel {
     /// # Errors
     /// When it cannot be started.
     pub(super) fn load(
-        design: &Design,
+        design: &LaneDesign,
         backend: Backend,
         tables: &[PeriodicOutput],
     ) -> Result<LaneModel, CosimError> {
@@ -226,7 +226,7 @@ impl LaneModel {
     }
 
     /// Waits for the end of the block that was handed over first.
-    pub(super) fn collect(&mut self) -> Result<Found, String> {
+    pub(super) fn collect(&mut self) -> Result<BlockAnswer, String> {
         let place = self.under_way.pop_front().expect("a block is under way");
         self.process.answer()?;
         let at = self.start_of(place) + self.offsets.found;
@@ -242,7 +242,7 @@ impl LaneModel {
             Ok((clock[0], self.planes(at + 1, self.outputs as usize)?))
         };
         let beats = (0..beats).map(beat).collect::<Result<_, String>>()?;
-        Ok(Found { different, first_clock, beats })
+        Ok(BlockAnswer { different, first_clock, beats })
     }
 }
 

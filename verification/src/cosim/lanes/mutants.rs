@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::Refusal;
-use super::netlist::{CHOICE, Net, Netlist, PortNets};
+use super::LaneRefusal;
+use super::netlist::{BitNet, CHOICE, GateNetlist, PortNets};
 use super::synthesis::{
     failed_in_yosys, first_error, script_of_sources, write_sources, yosys_version,
 };
@@ -45,7 +45,7 @@ pub fn mutants(
     kept: &[String],
     memories: Memories,
     cache: &Path,
-) -> Result<(Netlist, Vec<Mutant>), Refusal> {
+) -> Result<(GateNetlist, Vec<Mutant>), LaneRefusal> {
     let yosys = Tool::yosys();
     let version = yosys_version(&yosys, cache)?;
     let to_gates = memories.to_gates();
@@ -105,11 +105,11 @@ fn without_clocks(list: &str, count: usize) -> Vec<&str> {
 }
 
 /// Takes the inputs that turn the mutants on, as one port.
-fn take_choice(netlist: &mut Netlist, count: usize) -> Result<PortNets, Refusal> {
+fn take_choice(netlist: &mut GateNetlist, count: usize) -> Result<PortNets, LaneRefusal> {
     let name = |number: usize| format!("{CHOICE}_{number}");
     let net = |number| netlist.input(&name(number)).map(|nets| nets[0]);
-    let nets: Option<Vec<Net>> = (0..count).map(net).collect();
-    let nets = nets.ok_or_else(|| Refusal::unfit("Yosys has lost a mutant"))?;
+    let nets: Option<Vec<BitNet>> = (0..count).map(net).collect();
+    let nets = nets.ok_or_else(|| LaneRefusal::unfit("Yosys has lost a mutant"))?;
     let prefix = format!("{CHOICE}_");
     netlist.inputs.retain(|port| !port.name.starts_with(&prefix));
     Ok(PortNets { name: CHOICE.to_owned(), nets })

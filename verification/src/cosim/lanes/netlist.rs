@@ -1,6 +1,6 @@
 //! A design as single-bit gates and registers on one clock.
 
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 use std::collections::HashMap;
 
 /// Name of the input whose bits choose a variant of the design.
@@ -8,17 +8,17 @@ pub const CHOICE: &str = "goldtof_choice";
 
 /// A one-bit net. The first two are the constants 0 and 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Net(pub u32);
+pub struct BitNet(pub u32);
 
-impl Net {
+impl BitNet {
     /// Constant 0.
-    pub const ZERO: Net = Net(0);
+    pub const ZERO: BitNet = BitNet(0);
     /// Constant 1.
-    pub const ONE: Net = Net(1);
+    pub const ONE: BitNet = BitNet(1);
 
     /// The constant.
-    pub fn constant(value: bool) -> Net {
-        Net(u32::from(value))
+    pub fn constant(value: bool) -> BitNet {
+        BitNet(u32::from(value))
     }
 
     /// Its value if it is a constant.
@@ -50,38 +50,38 @@ impl Function {
 
 /// A gate; a table of two inputs has a constant as its third.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gate {
+pub struct LogicGate {
     /// What it does.
     pub function: Function,
     /// Its inputs.
-    pub inputs: [Net; 3],
+    pub inputs: [BitNet; 3],
     /// Its output.
-    pub output: Net,
+    pub output: BitNet,
 }
 
 /// A synchronous reset: at a rising edge at which `when` is high the register takes
 /// `value`, whatever its enable says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Reset {
+pub struct SynchronousReset {
     /// Its net.
-    pub when: Net,
+    pub when: BitNet,
     /// What it sets.
     pub value: bool,
 }
 
 /// A flip-flop on the rising edge of the clock.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Register {
+pub struct FlipFlop {
     /// Name of its word in the Verilog, and its bit there.
     pub name: (String, u32),
     /// Its output.
-    pub q: Net,
+    pub q: BitNet,
     /// Its input.
-    pub d: Net,
+    pub d: BitNet,
     /// Takes its input only where this is high.
-    pub enable: Option<Net>,
+    pub enable: Option<BitNet>,
     /// Its reset.
-    pub reset: Option<Reset>,
+    pub reset: Option<SynchronousReset>,
     /// Its value at power-up, if the Verilog says so.
     pub initial: Option<bool>,
 }
@@ -92,35 +92,35 @@ pub struct PortNets {
     /// Its name.
     pub name: String,
     /// Its nets.
-    pub nets: Vec<Net>,
+    pub nets: Vec<BitNet>,
 }
 
 /// A word of the Verilog.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Name {
+pub struct VerilogName {
     /// What it is called, from the top module down.
     pub word: String,
     /// File and lines where it is declared; empty if nobody knows.
     pub source: String,
     /// Its nets, least significant first.
-    pub nets: Vec<Net>,
+    pub nets: Vec<BitNet>,
 }
 
 /// A design.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Netlist {
+pub struct GateNetlist {
     /// All inputs but the clock.
     pub inputs: Vec<PortNets>,
     /// All outputs.
     pub outputs: Vec<PortNets>,
     /// Gates; inputs of each come before it.
-    pub gates: Vec<Gate>,
+    pub gates: Vec<LogicGate>,
     /// Registers.
-    pub registers: Vec<Register>,
+    pub registers: Vec<FlipFlop>,
     /// Number of nets, the constants included.
     pub nets: usize,
     /// Words that have a name in the Verilog.
-    pub names: Vec<Name>,
+    pub names: Vec<VerilogName>,
 }
 
 /// What drives a net.
@@ -134,7 +134,7 @@ pub enum Driver {
     Gate(usize),
 }
 
-impl Netlist {
+impl GateNetlist {
     /// What drives each net.
     pub fn drivers(&self) -> Vec<Driver> {
         let mut drivers = vec![Driver::Outside; self.nets];
@@ -148,7 +148,7 @@ impl Netlist {
     }
 
     /// The nets of a port.
-    pub fn input(&self, name: &str) -> Option<&[Net]> {
+    pub fn input(&self, name: &str) -> Option<&[BitNet]> {
         let port = self.inputs.iter().find(|port| port.name == name)?;
         Some(&port.nets)
     }
@@ -157,7 +157,7 @@ impl Netlist {
     pub fn registers_of(&self, word: &str) -> Option<Vec<usize>> {
         let drivers = self.drivers();
         let name = self.names.iter().find(|name| name.word == word)?;
-        let register = |net: &Net| match drivers[net.index()] {
+        let register = |net: &BitNet| match drivers[net.index()] {
             Driver::Register(number) => Some(number),
             _ => None,
         };
@@ -168,7 +168,7 @@ impl Netlist {
     ///
     /// # Errors
     /// A net of a combinational loop.
-    pub fn sort(&mut self) -> Result<(), Net> {
+    pub fn sort(&mut self) -> Result<(), BitNet> {
         let drivers = self.drivers();
         let mut sorted = Vec::with_capacity(self.gates.len());
         // 0 not seen, 1 begun, 2 done.
@@ -220,7 +220,7 @@ impl Netlist {
     /// Whether each register follows an input other than the reset, however late.
     pub fn registers_that_follow_inputs(&self) -> Vec<bool> {
         let mut follows = vec![false; self.nets];
-        let others = self.inputs.iter().filter(|port| port.name != Role::Reset.name());
+        let others = self.inputs.iter().filter(|port| port.name != PortRole::Reset.name());
         for net in others.flat_map(|port| &port.nets) {
             follows[net.index()] = true;
         }
@@ -246,15 +246,16 @@ impl Netlist {
     /// The same design with nets tied to constants, and what follows from it. Ports
     /// and registers stay; registers' resets and enables that never happen, or
     /// always, go. A word's bit that is the inverse of a net has that net's name.
-    pub fn with_tied(&self, tied: &HashMap<Net, bool>) -> Netlist {
+    pub fn with_tied(&self, tied: &HashMap<BitNet, bool>) -> GateNetlist {
         let Folded { gates, same, held } = self.folded(tied);
-        let see = |net: Net| same[net.index()];
-        let mut folded = Netlist { gates, ..self.clone() };
+        let see = |net: BitNet| same[net.index()];
+        let mut folded = GateNetlist { gates, ..self.clone() };
         for register in &mut folded.registers {
             register.d = see(register.d);
-            register.enable = register.enable.map(see).filter(|&net| net != Net::ONE);
-            let reset = register.reset.map(|reset| Reset { when: see(reset.when), ..reset });
-            register.reset = reset.filter(|reset| reset.when != Net::ZERO);
+            register.enable = register.enable.map(see).filter(|&net| net != BitNet::ONE);
+            let reset =
+                register.reset.map(|reset| SynchronousReset { when: see(reset.when), ..reset });
+            register.reset = reset.filter(|reset| reset.when != BitNet::ZERO);
         }
         for net in folded.outputs.iter_mut().flat_map(|port| &mut port.nets) {
             *net = see(*net);
@@ -267,10 +268,10 @@ impl Netlist {
     }
 
     /// The gates that are left where nets are tied to constants.
-    fn folded(&self, tied: &HashMap<Net, bool>) -> Folded {
-        let mut same: Vec<Net> = (0..self.nets as u32).map(Net).collect();
+    fn folded(&self, tied: &HashMap<BitNet, bool>) -> Folded {
+        let mut same: Vec<BitNet> = (0..self.nets as u32).map(BitNet).collect();
         for (net, &value) in tied {
-            same[net.index()] = Net::constant(value);
+            same[net.index()] = BitNet::constant(value);
         }
         let mut held = same.clone();
         let mut gates = Vec::new();
@@ -288,7 +289,7 @@ impl Netlist {
                     if function == Function::NOT {
                         held[gate.output.index()] = held[inputs[0].index()];
                     }
-                    gates.push(Gate { function, inputs, output: gate.output });
+                    gates.push(LogicGate { function, inputs, output: gate.output });
                 }
             }
         }
@@ -298,7 +299,7 @@ impl Netlist {
     /// Removes gates that feed nothing.
     fn remove_dead(&mut self) {
         let mut wanted = vec![false; self.nets];
-        let mut want = |net: Net| wanted[net.index()] = true;
+        let mut want = |net: BitNet| wanted[net.index()] = true;
         self.outputs.iter().flat_map(|port| &port.nets).for_each(|&net| want(net));
         for register in &self.registers {
             want(register.d);
@@ -318,20 +319,20 @@ impl Netlist {
 
 /// Gates of which some nets are constants.
 struct Folded {
-    gates: Vec<Gate>,
+    gates: Vec<LogicGate>,
     /// The net that each net is.
-    same: Vec<Net>,
+    same: Vec<BitNet>,
     /// The net that each net is, or is the inverse of.
-    held: Vec<Net>,
+    held: Vec<BitNet>,
 }
 
 enum Simplified {
-    Net(Net),
-    Gate(Function, [Net; 3]),
+    Net(BitNet),
+    Gate(Function, [BitNet; 3]),
 }
 
 /// What a gate is when some of its inputs are constants.
-fn simplified(function: Function, inputs: [Net; 3]) -> Simplified {
+fn simplified(function: Function, inputs: [BitNet; 3]) -> Simplified {
     let [a, b, s] = inputs;
     match function {
         Function::Mux => match s.as_constant() {
@@ -346,17 +347,17 @@ fn simplified(function: Function, inputs: [Net; 3]) -> Simplified {
             let (rest, net) = match (a.as_constant(), b.as_constant()) {
                 (Some(a), Some(b)) => {
                     let value = bit(u8::from(a) + 2 * u8::from(b));
-                    return Simplified::Net(Net::constant(value == 1));
+                    return Simplified::Net(BitNet::constant(value == 1));
                 }
                 (Some(a), None) => (bit(u8::from(a)) | bit(u8::from(a) + 2) << 1, b),
                 (None, Some(b)) => (bit(2 * u8::from(b)) | bit(2 * u8::from(b) + 1) << 1, a),
                 (None, None) => return Simplified::Gate(function, inputs),
             };
             match rest {
-                0b00 => Simplified::Net(Net::ZERO),
-                0b11 => Simplified::Net(Net::ONE),
+                0b00 => Simplified::Net(BitNet::ZERO),
+                0b11 => Simplified::Net(BitNet::ONE),
                 0b10 => Simplified::Net(net),
-                _ => Simplified::Gate(Function::NOT, [net, Net::ZERO, Net::ZERO]),
+                _ => Simplified::Gate(Function::NOT, [net, BitNet::ZERO, BitNet::ZERO]),
             }
         }
     }
@@ -383,11 +384,11 @@ mod tests {
                 // Each input: 0, 1, or a net of its own.
                 let choice = |i: u32| tied / 3u32.pow(i) % 3;
                 let inputs = [0, 1, 2].map(|i| match choice(i) {
-                    2 => Net(2 + i),
-                    constant => Net(constant),
+                    2 => BitNet(2 + i),
+                    constant => BitNet(constant),
                 });
                 for free in 0..8u32 {
-                    let of = |net: Net| match net.as_constant() {
+                    let of = |net: BitNet| match net.as_constant() {
                         Some(value) => value,
                         None => free >> (net.0 - 2) & 1 == 1,
                     };
@@ -404,15 +405,15 @@ mod tests {
 
     #[test]
     fn gates_are_sorted_and_loops_named() {
-        let gate = |a: u32, b: u32, output: u32| Gate {
+        let gate = |a: u32, b: u32, output: u32| LogicGate {
             function: Function::Table(0b1000),
-            inputs: [Net(a), Net(b), Net::ZERO],
-            output: Net(output),
+            inputs: [BitNet(a), BitNet(b), BitNet::ZERO],
+            output: BitNet(output),
         };
-        let mut netlist = Netlist {
+        let mut netlist = GateNetlist {
             gates: vec![gate(4, 3, 5), gate(3, 2, 4), gate(2, 2, 3)],
             nets: 6,
-            ..Netlist::default()
+            ..GateNetlist::default()
         };
         netlist.sort().unwrap();
         let outputs: Vec<u32> = netlist.gates.iter().map(|gate| gate.output.0).collect();

@@ -41,7 +41,7 @@ impl Packed {
 
 /// What drives a run in lanes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Light<'a> {
+pub(super) struct LaneStimulus<'a> {
     /// The detectors.
     pub(super) models: &'a [DetectorModel],
     /// The sensor.
@@ -58,7 +58,7 @@ struct Chunk {
     pulses: Vec<Vec<Pulse>>,
 }
 
-impl Light<'_> {
+impl LaneStimulus<'_> {
     /// Makes the pulses of the first `clocks` clocks on several threads, and keeps the samples
     /// that are high, detector by detector. `on_hits` gets clock after clock before which all is
     /// known, with each detector's hits from the clock before on, and perhaps later ones: the

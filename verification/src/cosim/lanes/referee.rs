@@ -6,9 +6,9 @@
 
 use std::collections::VecDeque;
 
-use super::design::{Backend, Design};
-use super::model::{Found, LaneBlock, LaneModel, PeriodicOutput};
-use super::netlist::Register;
+use super::design::{Backend, LaneDesign};
+use super::model::{BlockAnswer, LaneBlock, LaneModel, PeriodicOutput};
+use super::netlist::FlipFlop;
 use super::planes::Planes;
 use super::vectors;
 use super::verilog::LANES;
@@ -18,7 +18,7 @@ use crate::cosim::error::CosimError;
 pub(super) struct Referee {
     model: LaneModel,
     /// What it found, block by block, of which nothing has been heard from the other.
-    found: VecDeque<Found>,
+    found: VecDeque<BlockAnswer>,
     /// Clocks of all its lanes together.
     clocks: u64,
     differs: Option<String>,
@@ -32,7 +32,10 @@ impl Referee {
     ///
     /// # Errors
     /// When it cannot be started.
-    pub(super) fn load(design: &Design, tables: &[PeriodicOutput]) -> Result<Referee, CosimError> {
+    pub(super) fn load(
+        design: &LaneDesign,
+        tables: &[PeriodicOutput],
+    ) -> Result<Referee, CosimError> {
         let narrowed = |table: &PeriodicOutput| PeriodicOutput {
             planes: table.planes.narrowed().into(),
             ..table.clone()
@@ -76,7 +79,7 @@ impl Referee {
     }
 
     /// Hears what a vector has found in the next of the blocks.
-    pub(super) fn found(&mut self, found: &Found) {
+    pub(super) fn found(&mut self, found: &BlockAnswer) {
         let Some(own) = self.found.pop_front() else {
             return;
         };
@@ -93,7 +96,7 @@ impl Referee {
     /// differs.
     pub(super) fn verdict(
         mut self,
-        registers: &[Register],
+        registers: &[FlipFlop],
         of_vector: &Planes,
     ) -> Result<Result<u64, String>, String> {
         let own = self.model.registers()?;

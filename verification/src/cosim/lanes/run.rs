@@ -4,19 +4,19 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
-use super::Refusal;
-use super::expected::Expected;
-use super::pulses::{Light, refuse_if_stopped};
+use super::LaneRefusal;
+use super::expected::ExpectedRun;
+use super::pulses::{LaneStimulus, refuse_if_stopped};
 use super::tables::output_places;
 use super::vectors::LANES;
-use super::word::{Setup, Word, WordResult};
+use super::word::{Setup, VectorRun, WordResult};
 use crate::cosim::error::CosimError;
 use crate::cosim::sent::{SentCount, SentReader};
 use crate::reference::blocks::Records;
-use crate::reference::canvas::Change;
+use crate::reference::canvas::OutputChange;
 use crate::reference::exercise::Exercised;
 use crate::sensor::layout::Layout;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// What a run in lanes found.
 #[derive(Debug)]
@@ -45,7 +45,7 @@ pub(super) struct LanesRun<'a> {
     /// What all lanes share.
     pub(super) setup: Setup<'a>,
     /// Photons.
-    pub(super) light: Light<'a>,
+    pub(super) light: LaneStimulus<'a>,
     /// Threads that make photons.
     pub(super) threads: usize,
 }
@@ -55,15 +55,18 @@ impl LanesRun<'_> {
     ///
     /// # Errors
     /// When the registers do not stitch, or a model fails.
-    pub(super) fn run(&self, on_progress: &(dyn Fn(u64) + Sync)) -> Result<LanesOutcome, Refusal> {
+    pub(super) fn run(
+        &self,
+        on_progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<LanesOutcome, LaneRefusal> {
         let expected =
-            Expected::of(&self.light, &self.setup.slices, self.threads, self.setup.stop)?;
+            ExpectedRun::of(&self.light, &self.setup.slices, self.threads, self.setup.stop)?;
         let done = AtomicU64::new(0);
         let results = thread::scope(|scope| {
             let word = |number: usize| {
                 let (expected, done) = (&expected, &done);
                 scope.spawn(move || {
-                    let word = Word::new(&self.setup, expected, number * LANES)?;
+                    let word = VectorRun::new(&self.setup, expected, number * LANES)?;
                     word.run(&mut |clocks| {
                         on_progress(done.fetch_add(clocks, Ordering::Relaxed) + clocks);
                     })
@@ -79,7 +82,7 @@ impl LanesRun<'_> {
         let mut refereed_clocks = 0;
         for result in &results {
             refereed_clocks += result.refereed.clone().map_err(|differs| {
-                Refusal::NoVerdict(format!(
+                LaneRefusal::NoVerdict(format!(
                     "the compiler's vectors and Verilator's words made of the same gates differ in \
                      {differs}"
                 ))
@@ -105,7 +108,7 @@ impl LanesRun<'_> {
 
     /// Every lane ends, in every register, as the next one starts: so they are one
     /// run.
-    fn stitch(&self, results: &[WordResult]) -> Result<(), Refusal> {
+    fn stitch(&self, results: &[WordResult]) -> Result<(), LaneRefusal> {
         let start =
             |lane: usize, register| results[lane / LANES].starts.get(register, lane % LANES);
         let end = |lane: usize, register| results[lane / LANES].ends.get(register, lane % LANES);
@@ -122,7 +125,7 @@ impl LanesRun<'_> {
         }
         let count = loose.len();
         loose.truncate(4);
-        Err(Refusal::NoVerdict(format!(
+        Err(LaneRefusal::NoVerdict(format!(
             "{count} registers do not begin a lane as the lane before ends, so that a guess of where \
              they are was wrong: {}{}",
             loose.join(", "),
@@ -133,10 +136,10 @@ impl LanesRun<'_> {
     /// What the stream sent, lane after lane.
     fn sent(&self, results: &[WordResult], layout: &Layout) -> Vec<SentCount> {
         let places = output_places(layout);
-        let ready = layout.inputs.field(Role::Ready);
+        let ready = layout.inputs.field(PortRole::Ready);
         let mut input = vec![0; layout.inputs.words];
         input[ready.word] = 1 << ready.shift;
-        let valid = layout.outputs.field(Role::Valid);
+        let valid = layout.outputs.field(PortRole::Valid);
         let mut reader = SentReader::new(self.setup.interface, layout);
         let mut sent = Vec::new();
         let mut records = Records::default();
@@ -162,7 +165,7 @@ impl LanesRun<'_> {
 }
 
 /// The record of those outputs that do not follow a code, after the last clock.
-fn last_outputs(changes: &[Change], layout: &Layout) -> Vec<u64> {
+fn last_outputs(changes: &[OutputChange], layout: &Layout) -> Vec<u64> {
     let mut record = vec![0; layout.outputs.words];
     for change in changes {
         record[change.word] ^= change.flips;

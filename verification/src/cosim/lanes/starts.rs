@@ -11,15 +11,15 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::design::Design;
+use super::design::LaneDesign;
 use super::places::{CodePlace, numbers};
 use super::planes::Planes;
 use super::recurrence::Recurrence;
 use super::slices::settling_clocks;
 #[cfg(test)]
-use super::tally::Tally;
+use super::tally::LaneTally;
 use super::watch::{FIRST_GROUPS, Watch, Watched};
-use super::{Refusal, Unfit};
+use super::{LaneRefusal, Unfit};
 use crate::cosim::cache::{hash, once, write};
 use crate::cosim::error::CosimError;
 use crate::sensor::interface::Interface;
@@ -63,12 +63,12 @@ impl Starts {
     /// # Errors
     /// When a phase step is too short to be watched, or the model fails.
     pub(super) fn of(
-        design: &Design,
+        design: &LaneDesign,
         interface: &Interface,
         cache: &Path,
-    ) -> Result<Starts, Refusal> {
+    ) -> Result<Starts, LaneRefusal> {
         if interface.timing.scan.integration_chips < 4 * settling_clocks(interface) {
-            return Err(Refusal::unfit(format!(
+            return Err(LaneRefusal::unfit(format!(
                 "a phase step has {} chips, and what it counted is on its way for {} clocks",
                 interface.timing.scan.integration_chips,
                 settling_clocks(interface)
@@ -102,7 +102,9 @@ impl Starts {
     pub(super) fn spoil_a_count(&mut self) -> bool {
         let mut guesses = self.guesses.iter_mut();
         let found = guesses.find_map(|guess| match guess {
-            Guess::Counted(place) if place.quantity == Tally::SIGNED => Some(&mut place.inverted),
+            Guess::Counted(place) if place.quantity == LaneTally::SIGNED => {
+                Some(&mut place.inverted)
+            }
             _ => None,
         });
         found.is_some_and(|inverted| {
@@ -169,7 +171,7 @@ fn at_chips(
 
 /// What the guesses are made of.
 struct Evidence<'a> {
-    design: &'a Design,
+    design: &'a LaneDesign,
     interface: &'a Interface,
     watched: Watched,
 }

@@ -1,8 +1,8 @@
 //! Which nets of a design lie inside its memories.
 
-use super::netlist::{Net, Netlist, Register};
+use super::netlist::{BitNet, FlipFlop, GateNetlist};
 
-impl Netlist {
+impl GateNetlist {
     /// For each net whether it is a memory's own: a bit that it holds, what chooses among these
     /// on the way to the next register, and what goes to them alone.
     pub fn inside_memories(&self) -> Vec<bool> {
@@ -15,7 +15,7 @@ impl Netlist {
             from_bits[gate.output.index()] = gate.inputs.iter().any(|net| from_bits[net.index()]);
         }
         let mut leads_out = vec![false; self.nets];
-        let mut leave = |net: Net| leads_out[net.index()] = true;
+        let mut leave = |net: BitNet| leads_out[net.index()] = true;
         self.outputs.iter().flat_map(|port| &port.nets).for_each(|&net| leave(net));
         for register in self.registers.iter().filter(|register| !is_held[register.q.index()]) {
             let reset = register.reset.map(|reset| reset.when);
@@ -41,20 +41,23 @@ impl Netlist {
 }
 
 /// Whether a register is a word of a memory: its name has the word's number.
-fn holds_a_word(register: &Register) -> bool {
+fn holds_a_word(register: &FlipFlop) -> bool {
     register.name.0.ends_with(']')
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::cosim::lanes::netlist::{Function, Gate, Net, Netlist, PortNets, Register};
+    use crate::cosim::lanes::netlist::{
+        BitNet, FlipFlop, Function, GateNetlist, LogicGate, PortNets,
+    };
 
     /// Two words of a bit, the choice of one by an address, and a register behind it.
     #[test]
     fn words_and_what_chooses_among_them_are_inside_and_the_registers_round_them_are_not() {
-        let [data, address, first, second, chosen, enable, behind] = [2, 3, 4, 5, 6, 7, 8].map(Net);
+        let [data, address, first, second, chosen, enable, behind] =
+            [2, 3, 4, 5, 6, 7, 8].map(BitNet);
         let port = |name: &str, net| PortNets { name: name.to_owned(), nets: vec![net] };
-        let register = |name: &str, d, q, enable| Register {
+        let register = |name: &str, d, q, enable| FlipFlop {
             name: (name.to_owned(), 0),
             q,
             d,
@@ -62,14 +65,18 @@ mod tests {
             reset: None,
             initial: None,
         };
-        let netlist = Netlist {
+        let netlist = GateNetlist {
             inputs: vec![port("data", data), port("address", address)],
             outputs: vec![port("out", behind)],
             gates: vec![
-                Gate { function: Function::Mux, inputs: [first, second, address], output: chosen },
-                Gate {
+                LogicGate {
+                    function: Function::Mux,
+                    inputs: [first, second, address],
+                    output: chosen,
+                },
+                LogicGate {
                     function: Function::NOT,
-                    inputs: [address, Net::ZERO, Net::ZERO],
+                    inputs: [address, BitNet::ZERO, BitNet::ZERO],
                     output: enable,
                 },
             ],

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::Refusal;
+use super::LaneRefusal;
 use super::yosys::{self, Memories};
 use crate::cosim::cache::{hash, once, write};
 use crate::cosim::error::CosimError;
@@ -18,7 +18,7 @@ pub(super) fn synthesise(
     sources: &[SourceFile],
     memories: Memories,
     cache: &Path,
-) -> Result<String, Refusal> {
+) -> Result<String, LaneRefusal> {
     let yosys = Tool::yosys();
     let version = yosys_version(&yosys, cache)?;
     let to_gates = memories.to_gates();
@@ -47,13 +47,13 @@ pub(super) fn synthesise(
 }
 
 /// What Yosys says of its version.
-pub(super) fn yosys_version(yosys: &Tool, cache: &Path) -> Result<String, Refusal> {
+pub(super) fn yosys_version(yosys: &Tool, cache: &Path) -> Result<String, LaneRefusal> {
     let version = yosys.version("-V", cache);
     version.map(|version| version.trim().to_owned()).map_err(|error| match error {
         CosimError::MissingTool { install, .. } => {
-            Refusal::unfit(format!("Yosys is missing; install it with: {install}"))
+            LaneRefusal::unfit(format!("Yosys is missing; install it with: {install}"))
         }
-        other => Refusal::unfit(format!("Yosys cannot be asked: {other}")),
+        other => LaneRefusal::unfit(format!("Yosys cannot be asked: {other}")),
     })
 }
 
@@ -61,10 +61,12 @@ pub(super) fn yosys_version(yosys: &Tool, cache: &Path) -> Result<String, Refusa
 pub(super) fn failed_in_yosys(
     made: Result<Vec<u8>, CosimError>,
     unfit: Option<String>,
-) -> Result<String, Refusal> {
+) -> Result<String, LaneRefusal> {
     match (made, unfit) {
         (Ok(bytes), _) => Ok(String::from_utf8_lossy(&bytes).into_owned()),
-        (Err(_), Some(reason)) => Err(Refusal::unfit(format!("Yosys does not take it: {reason}"))),
+        (Err(_), Some(reason)) => {
+            Err(LaneRefusal::unfit(format!("Yosys does not take it: {reason}")))
+        }
         (Err(error), None) => Err(error.into()),
     }
 }

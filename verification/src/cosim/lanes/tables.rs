@@ -6,7 +6,7 @@ use super::slices::Slice;
 use crate::reference::stimulus::RESET_CLOCKS;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 /// Word and bit of each output's plane in a record, in the planes' order.
 pub(super) fn output_places(layout: &Layout) -> Vec<(usize, u32)> {
@@ -46,9 +46,9 @@ pub(super) fn tables(
     let mut tables: Vec<PeriodicOutput> = lasers
         .map(|(number, code)| {
             let is_on = |chip: u64| code.chips[chip as usize] == 1;
-            table(layout.outputs.bits_before(Role::Laser) + number, code.len(), &is_on)
+            table(layout.outputs.bits_before(PortRole::Laser) + number, code.len(), &is_on)
         })
         .collect();
-    tables.push(table(layout.outputs.bits_before(Role::Epoch), period, &|chip| chip == 0));
+    tables.push(table(layout.outputs.bits_before(PortRole::Epoch), period, &|chip| chip == 0));
     tables
 }

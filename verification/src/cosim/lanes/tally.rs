@@ -8,7 +8,7 @@ use crate::sensor::interface::Interface;
 
 /// The numbers after so many groups.
 #[derive(Debug, Clone)]
-pub(super) struct Tally {
+pub(super) struct LaneTally {
     parallel: usize,
     /// Per detector and step of a group: signed counts of all groups so far.
     signed: Vec<i64>,
@@ -26,16 +26,16 @@ pub(super) struct Tally {
     scan: Scan,
 }
 
-impl Tally {
+impl LaneTally {
     /// Where the first signed count is among the numbers.
     #[cfg(test)]
     pub(super) const SIGNED: usize = 1;
 
     /// Before the first group.
-    pub(super) fn new(interface: &Interface) -> Tally {
+    pub(super) fn new(interface: &Interface) -> LaneTally {
         let detectors = interface.reference_codes.len();
         let counters = detectors * interface.parallel() as usize;
-        let mut tally = Tally {
+        let mut tally = LaneTally {
             parallel: interface.parallel() as usize,
             signed: vec![0; counters],
             hits: vec![0; detectors],

@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::design::Backend;
 use super::model::{LaneBlock, LaneModel, PeriodicOutput};
-use super::netlist::{Function, Net, Netlist};
+use super::netlist::{BitNet, Function, GateNetlist};
 use super::planes::Planes;
 use super::*;
 use crate::cosim::TOP;
@@ -19,7 +19,7 @@ use crate::cosim::source::sources_of;
 use crate::cosim::verilated::Verilated;
 use crate::deliver::{self, Prefix};
 use crate::reference::photons::Photons;
-use crate::reference::predictor::Reference;
+use crate::reference::predictor::ReferenceModel;
 use crate::reference::stimulus::clocks_for_scans;
 use crate::scene::{self, DetectorIndex, Polarity, Scene, SourceIndex};
 use crate::sensor::Sensor;
@@ -53,13 +53,13 @@ fn models(sensor: &Sensor) -> Vec<DetectorModel> {
         .collect()
 }
 
-fn prepared(sensor: &Sensor, sources: &[SourceFile]) -> Prepared {
+fn prepared(sensor: &Sensor, sources: &[SourceFile]) -> PreparedLanes {
     let interface = sensor.interface();
     let clocks = clocks_for_scans(interface, 1);
-    Prepared::new(TOP, sources, interface, clocks, &cache_dir().unwrap()).unwrap()
+    PreparedLanes::new(TOP, sources, interface, clocks, &cache_dir().unwrap()).unwrap()
 }
 
-fn run(sensor: &Sensor, prepared: &Prepared) -> Result<LanesOutcome, Refusal> {
+fn run(sensor: &Sensor, prepared: &PreparedLanes) -> Result<LanesOutcome, LaneRefusal> {
     let clocks = clocks_for_scans(sensor.interface(), 1);
     prepared.run(&models(sensor), SEED, clocks, &AtomicBool::new(false), &|_| ())
 }
@@ -73,7 +73,7 @@ fn in_lockstep(sensor: &Sensor) -> (Vec<SentCount>, crate::reference::exercise::
     let mut sent = Vec::new();
     let outcome = Lockstep {
         model: &mut Verilated::load(&built, &layout).unwrap(),
-        reference: &mut Reference::new(interface.clone()).unwrap(),
+        reference: &mut ReferenceModel::new(interface.clone()).unwrap(),
         stimulus: &mut Photons::new(&models(sensor), interface, SEED),
         layout: &layout,
         window: crate::cosim::window::Window::Found,
@@ -142,16 +142,16 @@ fn lanes_equal_lockstep_on_several_detectors_steps_at_once_and_windows() {
 
 /// Nets and registers of 64 lanes, gate by gate.
 struct OneByOne<'a> {
-    netlist: &'a Netlist,
+    netlist: &'a GateNetlist,
     /// In the order of the planes.
-    outputs: &'a [Net],
+    outputs: &'a [BitNet],
     nets: Vec<u64>,
     registers: Vec<u64>,
 }
 
 impl OneByOne<'_> {
     fn settle(&mut self) {
-        self.nets[Net::ONE.index()] = u64::MAX;
+        self.nets[BitNet::ONE.index()] = u64::MAX;
         for (register, &value) in self.netlist.registers.iter().zip(&self.registers) {
             self.nets[register.q.index()] = value;
         }
@@ -177,7 +177,7 @@ impl OneByOne<'_> {
             }
         }
         self.settle();
-        let of = |net: Net| self.nets[net.index()];
+        let of = |net: BitNet| self.nets[net.index()];
         let next = self.netlist.registers.iter().zip(&self.registers).map(|(register, &old)| {
             let enable = register.enable.map_or(u64::MAX, of);
             let value = enable & of(register.d) | !enable & old;
@@ -242,8 +242,8 @@ fn assert_programs_equal_the_gates(name: &str, sensor: &Sensor) {
     const CLOCKS: u64 = 40;
     let interface = sensor.interface();
     let cache = cache_dir().unwrap();
-    let netlist = Design::netlist(TOP, &sources(sensor), Memories::Refused, &cache).unwrap();
-    let design = Design::of(&netlist, interface, &cache).unwrap();
+    let netlist = LaneDesign::netlist(TOP, &sources(sensor), Memories::Refused, &cache).unwrap();
+    let design = LaneDesign::of(&netlist, interface, &cache).unwrap();
     let layout = Layout::of(interface);
     let outputs = super::design::planes(&netlist.outputs, &layout.outputs).unwrap();
     let before = layout.outputs.fields.iter();
@@ -378,7 +378,7 @@ fn a_run_that_is_not_wanted_any_more_ends() {
     let outcome =
         prepared(&sensor, &sources(&sensor)).run(&models(&sensor), SEED, clocks, &stop, &|_| ());
     assert!(
-        matches!(outcome, Err(Refusal::Unfit(reason)) if reason.to_string() == "it was stopped")
+        matches!(outcome, Err(LaneRefusal::Unfit(reason)) if reason.to_string() == "it was stopped")
     );
 }
 
@@ -389,31 +389,32 @@ fn a_flipped_register_and_a_scan_one_step_short_differ() {
     let cache = cache_dir().unwrap();
     let good = prepared(&sensor, &sources(&sensor));
     let short = small("paper-single", 299, |_| ());
-    let bad = Design::build(TOP, &sources(&short), interface, &cache).unwrap();
-    let with = |design: Design| Prepared {
+    let bad = LaneDesign::build(TOP, &sources(&short), interface, &cache).unwrap();
+    let with = |design: LaneDesign| PreparedLanes {
         starts: Starts::of(&design, interface, &cache).unwrap(),
         design,
         interface: interface.clone(),
     };
     let outcome = run(&sensor, &with(bad));
-    let caught = |outcome: Result<LanesOutcome, Refusal>| match outcome {
+    let caught = |outcome: Result<LanesOutcome, LaneRefusal>| match outcome {
         Ok(outcome) => outcome.differs.is_some(),
-        Err(Refusal::NoVerdict(_)) => true,
+        Err(LaneRefusal::NoVerdict(_)) => true,
         Err(error) => panic!("{error}"),
     };
     assert!(caught(outcome), "a step short");
-    let mut netlist = Design::netlist(TOP, &sources(&sensor), Memories::Refused, &cache).unwrap();
+    let mut netlist =
+        LaneDesign::netlist(TOP, &sources(&sensor), Memories::Refused, &cache).unwrap();
     let chosen = netlist.registers.len() / 2;
     let register = &mut netlist.registers[chosen];
-    let (d, inverted) = (register.d, Net(netlist.nets as u32));
+    let (d, inverted) = (register.d, BitNet(netlist.nets as u32));
     register.d = inverted;
     netlist.nets += 1;
-    netlist.gates.push(super::netlist::Gate {
+    netlist.gates.push(super::netlist::LogicGate {
         function: Function::NOT,
-        inputs: [d, Net::ZERO, Net::ZERO],
+        inputs: [d, BitNet::ZERO, BitNet::ZERO],
         output: inverted,
     });
-    let flipped = Design::of(&netlist, interface, &cache).unwrap();
+    let flipped = LaneDesign::of(&netlist, interface, &cache).unwrap();
     assert!(caught(run(&sensor, &with(flipped))), "a flipped register");
     assert!(!caught(run(&sensor, &good)), "neither");
 }
@@ -422,8 +423,8 @@ fn a_flipped_register_and_a_scan_one_step_short_differ() {
 fn a_start_state_that_is_wrong_in_one_bit_does_not_stitch() {
     let sensor = small("paper-single", 300, |_| ());
     let mut prepared = prepared(&sensor, &sources(&sensor));
-    let told = |outcome: Result<LanesOutcome, Refusal>| match outcome {
-        Err(Refusal::NoVerdict(reason)) => reason,
+    let told = |outcome: Result<LanesOutcome, LaneRefusal>| match outcome {
+        Err(LaneRefusal::NoVerdict(reason)) => reason,
         Err(error) => panic!("{error}"),
         Ok(outcome) => format!("differs: {:?}", outcome.differs),
     };
@@ -459,8 +460,8 @@ fn with_body(body: &str, interface: &Interface) -> [SourceFile; 1] {
 
 /// What lanes say of a top module with this body; "taken" if they take it.
 fn said_of(body: &str, interface: &Interface, cache: &Path) -> String {
-    match Design::build(TOP, &with_body(body, interface), interface, cache) {
-        Err(Refusal::Unfit(reason)) => reason.to_string(),
+    match LaneDesign::build(TOP, &with_body(body, interface), interface, cache) {
+        Err(LaneRefusal::Unfit(reason)) => reason.to_string(),
         Err(error) => panic!("{error}"),
         Ok(_) => "taken".to_owned(),
     }
@@ -562,7 +563,7 @@ fn what_synthesis_may_read_differently_is_for_lock_step() {
     let said = |body: &str| {
         let body = format!("{REST}\n{}", body.replace("`AT", "always @(posedge i_clk)"));
         match super::meaning::refuse_ambiguous(TOP, &with_body(&body, interface), &cache) {
-            Err(Refusal::Unfit(reason)) => reason.to_string(),
+            Err(LaneRefusal::Unfit(reason)) => reason.to_string(),
             Err(error) => panic!("{body}: {error}"),
             Ok(()) => "taken".to_owned(),
         }

@@ -4,10 +4,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::Refusal;
+use super::LaneRefusal;
 use super::design::{WORDS, name_of, planes, registers_text};
 use super::model::halted;
-use super::netlist::{CHOICE, Function, Gate, Net, Netlist, PortNets, Register};
+use super::netlist::{BitNet, CHOICE, FlipFlop, Function, GateNetlist, LogicGate, PortNets};
 use super::verilog::{CLOCK, LANES, MODULE, module};
 use crate::cosim::build::{Built, LanesUnit, build_lanes};
 use crate::cosim::error::CosimError;
@@ -15,7 +15,7 @@ use crate::cosim::process::Process;
 use crate::rtl::blocks::{CountRegister, ScanRegisters};
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
-use crate::sensor::port::Role;
+use crate::sensor::port::PortRole;
 
 const HEADER: &str = "goldtof_lanes.h";
 const TESTBENCH: &str = include_str!("../../../../testbench/grade.cpp");
@@ -26,13 +26,13 @@ pub const MOST_CLOCKS: u64 = 16_384;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Site {
     /// The net of the design without faults.
-    pub net: Net,
+    pub net: BitNet,
 }
 
 /// A design in which every gate's and register's output and every input may be stuck, but for
 /// what lies inside a memory, which is block RAM's own:
 /// bit 2 i of the choice sets site i to 0, bit 2 i + 1 to 1.
-pub fn with_faults(netlist: &Netlist) -> (Netlist, Vec<Site>) {
+pub fn with_faults(netlist: &GateNetlist) -> (GateNetlist, Vec<Site>) {
     let mut faulty = netlist.clone();
     let is_inside = netlist.inside_memories();
     let sites: Vec<Site> = netlist
@@ -44,27 +44,27 @@ pub fn with_faults(netlist: &Netlist) -> (Netlist, Vec<Site>) {
         .filter(|net| !is_inside[net.index()])
         .map(|net| Site { net })
         .collect();
-    let mut seen: Vec<Net> = (0..netlist.nets as u32).map(Net).collect();
+    let mut seen: Vec<BitNet> = (0..netlist.nets as u32).map(BitNet).collect();
     let mut fresh = netlist.nets as u32;
     let mut new_net = || {
         fresh += 1;
-        Net(fresh - 1)
+        BitNet(fresh - 1)
     };
     let mut choice = Vec::new();
     let mut gates = Vec::new();
     for site in &sites {
         let [zero, one, kept, stuck] = [(); 4].map(|()| new_net());
         choice.extend([zero, one]);
-        let gate = |table, a, b, output| Gate {
+        let gate = |table, a, b, output| LogicGate {
             function: Function::Table(table),
-            inputs: [a, b, Net::ZERO],
+            inputs: [a, b, BitNet::ZERO],
             output,
         };
         gates.push(gate(0b0010, site.net, zero, kept));
         gates.push(gate(0b1110, kept, one, stuck));
         seen[site.net.index()] = stuck;
     }
-    let see = |net: Net| seen[net.index()];
+    let see = |net: BitNet| seen[net.index()];
     for gate in &mut faulty.gates {
         gate.inputs = gate.inputs.map(see);
     }
@@ -98,7 +98,7 @@ pub struct Differences {
 #[derive(Debug)]
 pub struct Variants {
     process: Process,
-    registers: Vec<Register>,
+    registers: Vec<FlipFlop>,
     choice: usize,
     record_words: usize,
     records_at: u64,
@@ -113,7 +113,7 @@ pub struct Counters([Vec<usize>; 2]);
 
 impl Counters {
     /// Finds them in a netlist, whose choice may be tied; none if one is not there.
-    pub fn find(netlist: &Netlist, registers: &ScanRegisters) -> Option<Counters> {
+    pub fn find(netlist: &GateNetlist, registers: &ScanRegisters) -> Option<Counters> {
         let of = |register: &Option<CountRegister>| match register {
             Some(register) => netlist.registers_of(&register.path(".")),
             None => Some(Vec::new()),
@@ -139,12 +139,12 @@ pub struct Flips {
 /// # Errors
 /// What of it has no place in lanes; or a tool fails.
 pub fn build_variants(
-    netlist: &Netlist,
+    netlist: &GateNetlist,
     counters: &Counters,
     interface: &Interface,
     ignores_idle_payload: bool,
     cache: &Path,
-) -> Result<Built, Refusal> {
+) -> Result<Built, LaneRefusal> {
     let layout = Layout::of(interface);
     let outputs = planes(&netlist.outputs, &layout.outputs)?;
     planes(&netlist.inputs, &layout.inputs)?;
@@ -163,7 +163,7 @@ pub fn build_variants(
 }
 
 /// How records and choices go to the module's ports.
-fn header(netlist: &Netlist, layout: &Layout) -> String {
+fn header(netlist: &GateNetlist, layout: &Layout) -> String {
     let mut text = format!(
         "{WORDS}#include \"V{MODULE}.h\"\n#include \"V{MODULE}___024root.h\"\n\
          #define LANES_MODEL V{MODULE}\n#define LANES_CLOCK {CLOCK}\n#define LANES_RECORD_WORDS {}\n\
@@ -197,9 +197,9 @@ fn header(netlist: &Netlist, layout: &Layout) -> String {
 
 /// The function that gives the lanes in which an output differs from lane 0's.
 fn differ_text(
-    netlist: &Netlist,
+    netlist: &GateNetlist,
     layout: &Layout,
-    outputs: &[Net],
+    outputs: &[BitNet],
     ignores_idle_payload: bool,
 ) -> String {
     let drivers = netlist.drivers();
@@ -220,7 +220,7 @@ fn differ_text(
         "static inline uint64_t lanes_differ(const LanesRoot& root) {{\n    uint64_t differ = 0;\n\
          {}    differ &= -({} & 1);\n{}    return differ;\n}}\n",
         differences(true),
-        name_of(netlist, &drivers, outputs[layout.outputs.bits_before(Role::Valid)]),
+        name_of(netlist, &drivers, outputs[layout.outputs.bits_before(PortRole::Valid)]),
         differences(false)
     )
 }
@@ -256,10 +256,10 @@ impl Variants {
     /// When it cannot be started.
     pub fn load(
         built: &Built,
-        netlist: &Netlist,
+        netlist: &GateNetlist,
         interface: &Interface,
     ) -> Result<Variants, CosimError> {
-        let choice = netlist.input(CHOICE).map_or(0, <[Net]>::len);
+        let choice = netlist.input(CHOICE).map_or(0, <[BitNet]>::len);
         let record_words = Layout::of(interface).inputs.words;
         let records_at = netlist.registers.len().max(choice) as u64;
         let found_at = records_at + MOST_CLOCKS * record_words as u64;

@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::netlist::{Net, Netlist};
+use super::netlist::{BitNet, GateNetlist};
 use super::verilog::{Branch, Language, outputs_of_no_register, outputs_text};
 
 /// Lanes of a vector.
@@ -33,7 +33,7 @@ static inline bool any(const Plane& plane) {
 
 /// Writes all nets that outlive a clock, and what a clock does. `reset` is the net of
 /// `i_rst`, if lanes are clocked apart where it is low.
-pub(super) fn model(netlist: &Netlist, reset: Option<Net>) -> String {
+pub(super) fn model(netlist: &GateNetlist, reset: Option<BitNet>) -> String {
     let mut text = format!("{PLANE}struct LanesRoot {{\n");
     let inputs: usize = netlist.inputs.iter().map(|port| port.nets.len()).sum();
     let numbered = (0..inputs).map(|i| ('i', i));
@@ -44,7 +44,7 @@ pub(super) fn model(netlist: &Netlist, reset: Option<Net>) -> String {
         let _ = writeln!(text, "    Plane {kind}{i};");
     }
     let shown = outputs_text(netlist, Language::Cpp);
-    let mut clocked = |name: &str, netlist: &Netlist| {
+    let mut clocked = |name: &str, netlist: &GateNetlist| {
         let branch = Branch::write(netlist, "g", Language::Cpp);
         let _ = writeln!(text, "    void {name}() {{");
         for name in &branch.variables {

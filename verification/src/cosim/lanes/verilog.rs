@@ -16,7 +16,7 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::netlist::{Driver, Function, Gate, Net, Netlist};
+use super::netlist::{BitNet, Driver, Function, GateNetlist, LogicGate};
 
 /// Lanes of a word.
 pub const LANES: usize = 64;
@@ -29,7 +29,7 @@ pub(super) const RESET_CLOCK: &str = "i_clk_in_reset";
 
 /// Writes the module. `reset` is the net of `i_rst`, if lanes are clocked apart where
 /// it is low.
-pub(super) fn module(netlist: &Netlist, reset: Option<Net>) -> String {
+pub(super) fn module(netlist: &GateNetlist, reset: Option<BitNet>) -> String {
     let mut text = format!("`default_nettype none\nmodule {MODULE} (\n    input wire {CLOCK}");
     if reset.is_some() {
         let _ = write!(text, ",\n    input wire {RESET_CLOCK}");
@@ -46,7 +46,7 @@ pub(super) fn module(netlist: &Netlist, reset: Option<Net>) -> String {
     }
     text += "\n);\n";
     let shown = outputs_text(netlist, Language::Verilog);
-    let mut clocked = |clock: &str, netlist: &Netlist, prefix: &str| {
+    let mut clocked = |clock: &str, netlist: &GateNetlist, prefix: &str| {
         let branch = Branch::write(netlist, prefix, Language::Verilog);
         for name in &branch.variables {
             let _ = writeln!(text, "    reg [63:0] {name};");
@@ -69,9 +69,9 @@ pub(super) fn module(netlist: &Netlist, reset: Option<Net>) -> String {
 }
 
 /// Numbers of the outputs' bits that no register holds.
-pub(super) fn outputs_of_no_register(netlist: &Netlist) -> impl Iterator<Item = usize> {
+pub(super) fn outputs_of_no_register(netlist: &GateNetlist) -> impl Iterator<Item = usize> {
     let drivers = netlist.drivers();
-    let is_register = move |net: Net| matches!(drivers[net.index()], Driver::Register(_));
+    let is_register = move |net: BitNet| matches!(drivers[net.index()], Driver::Register(_));
     output_nets(netlist).enumerate().filter(move |&(_, net)| !is_register(net)).map(|(i, _)| i)
 }
 
@@ -104,19 +104,19 @@ impl Language {
 }
 
 /// All bits of the outputs, port after port.
-pub(super) fn output_nets(netlist: &Netlist) -> impl Iterator<Item = Net> {
+pub(super) fn output_nets(netlist: &GateNetlist) -> impl Iterator<Item = BitNet> {
     netlist.outputs.iter().flat_map(|port| port.nets.iter().copied())
 }
 
 /// What the nets that no gate drives are called.
 struct Names {
-    inputs: HashMap<Net, usize>,
+    inputs: HashMap<BitNet, usize>,
     drivers: Vec<Driver>,
     language: Language,
 }
 
 impl Names {
-    fn of(netlist: &Netlist, language: Language) -> Names {
+    fn of(netlist: &GateNetlist, language: Language) -> Names {
         let inputs = netlist.inputs.iter().flat_map(|port| &port.nets);
         Names {
             inputs: inputs.enumerate().map(|(i, &net)| (net, i)).collect(),
@@ -126,7 +126,7 @@ impl Names {
     }
 
     /// A constant or an input; what nobody drives is 0.
-    fn outside(&self, net: Net) -> String {
+    fn outside(&self, net: BitNet) -> String {
         match (net.as_constant(), self.inputs.get(&net)) {
             (Some(true), _) => self.language.constant(true).to_owned(),
             (None, Some(input)) => format!("i{input}"),
@@ -161,10 +161,10 @@ fn expression(language: Language, function: Function, [a, b, s]: &[String; 3]) -
 }
 
 /// Outputs that are no register's, after the registers have their new values.
-pub(super) fn outputs_text(netlist: &Netlist, language: Language) -> String {
+pub(super) fn outputs_text(netlist: &GateNetlist, language: Language) -> String {
     let names = Names::of(netlist, language);
-    let outputs: Vec<Net> = output_nets(netlist).collect();
-    let value = |net: Net, known: &HashMap<Net, String>| match names.drivers[net.index()] {
+    let outputs: Vec<BitNet> = output_nets(netlist).collect();
+    let value = |net: BitNet, known: &HashMap<BitNet, String>| match names.drivers[net.index()] {
         Driver::Outside => names.outside(net),
         Driver::Register(i) => format!("q{i}"),
         Driver::Gate(_) => known[&net].clone(),
@@ -180,7 +180,7 @@ pub(super) fn outputs_text(netlist: &Netlist, language: Language) -> String {
             }
         }
     }
-    let mut known: HashMap<Net, String> = HashMap::new();
+    let mut known: HashMap<BitNet, String> = HashMap::new();
     for gate in &netlist.gates {
         if wanted[gate.output.index()] {
             let inputs = gate.inputs.map(|net| value(net, &known));
@@ -197,7 +197,7 @@ pub(super) fn outputs_text(netlist: &Netlist, language: Language) -> String {
 
 /// Registers that are written together: those behind one enable, or a single one.
 struct Unit {
-    enable: Option<Net>,
+    enable: Option<BitNet>,
     registers: Vec<usize>,
 }
 
@@ -209,7 +209,7 @@ pub(super) struct Branch {
 
 impl Branch {
     /// Those of a design; its gates' names begin with `prefix`.
-    pub(super) fn write(netlist: &Netlist, prefix: &str, language: Language) -> Branch {
+    pub(super) fn write(netlist: &GateNetlist, prefix: &str, language: Language) -> Branch {
         let mut writer = Writer::new(netlist, prefix, language);
         let order = writer.order();
         // Once to see which old values are still read, once to keep them.
@@ -221,7 +221,7 @@ impl Branch {
 }
 
 struct Writer<'a> {
-    netlist: &'a Netlist,
+    netlist: &'a GateNetlist,
     prefix: &'a str,
     names: Names,
     units: Vec<Unit>,
@@ -249,9 +249,9 @@ enum Reader {
 }
 
 impl<'a> Writer<'a> {
-    fn new(netlist: &'a Netlist, prefix: &'a str, language: Language) -> Writer<'a> {
+    fn new(netlist: &'a GateNetlist, prefix: &'a str, language: Language) -> Writer<'a> {
         let mut units: Vec<Unit> = Vec::new();
-        let mut by_enable: HashMap<Net, usize> = HashMap::new();
+        let mut by_enable: HashMap<BitNet, usize> = HashMap::new();
         let mut unit_of = Vec::with_capacity(netlist.registers.len());
         for (i, register) in netlist.registers.iter().enumerate() {
             let unit = match register.enable {
@@ -321,13 +321,13 @@ impl<'a> Writer<'a> {
                     continue;
                 }
                 stack.push((node, true));
-                let of_net = |net: Net| {
+                let of_net = |net: BitNet| {
                     self.readers[net.index()].iter().map(|reader| match reader {
                         Reader::Gate(gate) => *gate,
                         Reader::Data(unit) | Reader::Control(unit) => gates + unit,
                     })
                 };
-                let mut push = |net: Net| {
+                let mut push = |net: BitNet| {
                     stack.extend(of_net(net).filter(|&r| !seen[r]).map(|r| (r, false)));
                 };
                 if node < gates {
@@ -397,7 +397,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn write_register(&mut self, number: usize, enable: Option<Net>) {
+    fn write_register(&mut self, number: usize, enable: Option<BitNet>) {
         let register = &self.netlist.registers[number];
         let mut value = self.value(register.d);
         if let Some(enable) = enable {
@@ -417,7 +417,7 @@ impl<'a> Writer<'a> {
 
     /// Writes the gates that a net needs and that are not there yet: those of one
     /// unit alone (`within`), or those that are nobody's alone.
-    fn gates_for(&mut self, net: Net, within: Option<usize>) {
+    fn gates_for(&mut self, net: BitNet, within: Option<usize>) {
         let mut stack = vec![net];
         while let Some(&net) = stack.last() {
             let Driver::Gate(number) = self.names.drivers[net.index()] else {
@@ -449,7 +449,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn write_gate(&mut self, number: usize, gate: Gate) {
+    fn write_gate(&mut self, number: usize, gate: LogicGate) {
         let inputs = gate.inputs.map(|net| self.value(net));
         let name = format!("{}{number}", self.prefix);
         let _ = writeln!(
@@ -461,7 +461,7 @@ impl<'a> Writer<'a> {
         self.done[number] = true;
     }
 
-    fn value(&mut self, net: Net) -> String {
+    fn value(&mut self, net: BitNet) -> String {
         match self.names.drivers[net.index()] {
             Driver::Outside => self.names.outside(net),
             Driver::Gate(number) => format!("{}{number}", self.prefix),
@@ -475,7 +475,7 @@ impl<'a> Writer<'a> {
 }
 
 /// For each gate the one unit behind an enable that it feeds, as data only.
-fn only_for(netlist: &Netlist, units: &[Unit], readers: &[Vec<Reader>]) -> Vec<Option<usize>> {
+fn only_for(netlist: &GateNetlist, units: &[Unit], readers: &[Vec<Reader>]) -> Vec<Option<usize>> {
     let mut only: Vec<Option<usize>> = vec![None; netlist.gates.len()];
     for (i, gate) in netlist.gates.iter().enumerate().rev() {
         let mut fed = readers[gate.output.index()].iter().map(|reader| match *reader {

@@ -3,16 +3,16 @@
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::design::{Backend, Design};
+use super::design::{Backend, LaneDesign};
 use super::model::{LaneBlock, LaneModel, PeriodicOutput, halted};
 use super::places::CodePlace;
 use super::planes::Planes;
 use super::recurrence::SPARE_SAMPLES;
 use super::slices::{FIRST_WORD, settling_clocks};
-use super::tally::Tally;
+use super::tally::LaneTally;
 use crate::cosim::error::CosimError;
 use crate::reference::canvas::Changes;
-use crate::reference::predictor::{Reference, Surroundings};
+use crate::reference::predictor::{ReferenceModel, Surroundings};
 use crate::reference::stimulus::RESET_CLOCKS;
 use crate::scan::{Group, Sample};
 use crate::sensor::interface::Interface;
@@ -44,7 +44,7 @@ pub(super) struct Watched {
 
 /// A run that is watched.
 pub(super) struct Watch<'a> {
-    design: &'a Design,
+    design: &'a LaneDesign,
     interface: &'a Interface,
     /// Groups that are watched.
     groups: u64,
@@ -56,7 +56,7 @@ pub(super) struct Watch<'a> {
 
 impl<'a> Watch<'a> {
     pub(super) fn new(
-        design: &'a Design,
+        design: &'a LaneDesign,
         interface: &'a Interface,
     ) -> Result<Watch<'a>, CosimError> {
         let backend = Backend::Vectors;
@@ -86,8 +86,8 @@ impl<'a> Watch<'a> {
     /// groups.
     pub(super) fn run(mut self) -> Result<Watched, CosimError> {
         let group_clocks = self.interface.timing.scan.integration_chips;
-        let mut reference = Reference::new(self.interface.clone())?;
-        let mut tally = Tally::new(self.interface);
+        let mut reference = ReferenceModel::new(self.interface.clone())?;
+        let mut tally = LaneTally::new(self.interface);
         let power_up = self.design.power_up(0);
         let mut registers = Planes::new(self.model.lanes(), power_up.len());
         for (register, value) in power_up.into_iter().enumerate() {

@@ -3,9 +3,9 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::design::{Backend, Design};
-use super::expected::Expected;
-use super::model::{BLOCKS_AT_ONCE, Found, LaneBlock, LaneModel, halted};
+use super::design::{Backend, LaneDesign};
+use super::expected::ExpectedRun;
+use super::model::{BLOCKS_AT_ONCE, BlockAnswer, LaneBlock, LaneModel, halted};
 use super::planes::Planes;
 use super::pulses::Packed;
 use super::referee::Referee;
@@ -22,7 +22,7 @@ use crate::sensor::layout::Layout;
 /// What all words of a run share.
 pub(super) struct Setup<'a> {
     /// The design.
-    pub(super) design: &'a Design,
+    pub(super) design: &'a LaneDesign,
     /// The sensor.
     pub(super) interface: &'a Interface,
     /// Start states.
@@ -45,9 +45,9 @@ pub(super) struct WordResult {
 }
 
 /// The lanes of a vector on their way, in a process of their own.
-pub(super) struct Word<'a> {
+pub(super) struct VectorRun<'a> {
     setup: &'a Setup<'a>,
-    expected: &'a Expected,
+    expected: &'a ExpectedRun,
     slices: &'a [Slice],
     is_first: bool,
     model: LaneModel,
@@ -66,13 +66,13 @@ pub(super) struct Word<'a> {
     differs: Option<u64>,
 }
 
-impl<'a> Word<'a> {
+impl<'a> VectorRun<'a> {
     /// The lanes of a vector from `first_lane` on, or as many as are left.
     pub(super) fn new(
         setup: &'a Setup<'a>,
-        expected: &'a Expected,
+        expected: &'a ExpectedRun,
         first_lane: usize,
-    ) -> Result<Word<'a>, CosimError> {
+    ) -> Result<VectorRun<'a>, CosimError> {
         let all = &setup.slices.list;
         let slices = &all[first_lane..all.len().min(first_lane + LANES)];
         let layout = Layout::of(setup.interface);
@@ -82,7 +82,7 @@ impl<'a> Word<'a> {
         for (plane, (word, shift)) in output_places(&layout).into_iter().enumerate() {
             planes[word * 64 + shift as usize] = Some(plane);
         }
-        Ok(Word {
+        Ok(VectorRun {
             model: LaneModel::load(setup.design, Backend::Vectors, &tables)?,
             referee: is_first.then(|| Referee::load(setup.design, &tables)).transpose()?,
             tables: tables.iter().map(|table| table.length).collect(),
@@ -269,7 +269,7 @@ impl<'a> Word<'a> {
         }
     }
 
-    fn take(&mut self, first: u64, watched: &Planes, found: Found) {
+    fn take(&mut self, first: u64, watched: &Planes, found: BlockAnswer) {
         if let Some(lane) = found.different.first_lane() {
             self.setup.stop.store(true, Ordering::Relaxed);
             let clock = self.slices[lane].clocks.start + first + found.first_clock;

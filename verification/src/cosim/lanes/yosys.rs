@@ -1,11 +1,14 @@
-//! Yosys: from Verilog to a [`Netlist`].
+//! Yosys: from Verilog to a [`GateNetlist`].
 
 use std::collections::{BTreeMap, HashMap};
 
 use serde::Deserialize;
 
 use super::Unfit;
-use super::netlist::{Driver, Function, Gate, Name, Net, Netlist, PortNets, Register, Reset};
+use super::netlist::{
+    BitNet, Driver, FlipFlop, Function, GateNetlist, LogicGate, PortNets, SynchronousReset,
+    VerilogName,
+};
 use crate::sensor::layout::Layout;
 
 /// What becomes of memories that are written.
@@ -40,27 +43,27 @@ const WORDS_TO_GATES: &str = "alumacc; techmap -map +/techmap.v; opt -full; simp
 
 /// What `write_json` writes.
 #[derive(Deserialize)]
-pub(super) struct Document {
-    pub(super) modules: HashMap<String, Module>,
+pub(super) struct YosysDocument {
+    pub(super) modules: HashMap<String, YosysModule>,
 }
 
 #[derive(Deserialize)]
-pub(super) struct Module {
+pub(super) struct YosysModule {
     // Ordered, so that the same Verilog gives the same netlist.
-    pub(super) ports: BTreeMap<String, Port>,
-    pub(super) cells: BTreeMap<String, Cell>,
+    pub(super) ports: BTreeMap<String, YosysPort>,
+    pub(super) cells: BTreeMap<String, YosysCell>,
     #[serde(default)]
     netnames: BTreeMap<String, NetName>,
 }
 
 #[derive(Deserialize)]
-pub(super) struct Port {
+pub(super) struct YosysPort {
     pub(super) direction: String,
     pub(super) bits: Vec<Bit>,
 }
 
 #[derive(Deserialize)]
-pub(super) struct Cell {
+pub(super) struct YosysCell {
     pub(super) r#type: String,
     #[serde(default)]
     pub(super) parameters: HashMap<String, serde_json::Value>,
@@ -92,8 +95,8 @@ pub(super) enum Bit {
 ///
 /// # Errors
 /// What of the design has no place in lanes.
-pub fn read(json: &str, top: &str) -> Result<Netlist, Unfit> {
-    let document: Document = serde_json::from_str(json)
+pub fn read(json: &str, top: &str) -> Result<GateNetlist, Unfit> {
+    let document: YosysDocument = serde_json::from_str(json)
         .map_err(|error| Unfit::new(format!("Yosys's netlist cannot be read: {error}")))?;
     let module = document
         .modules
@@ -103,13 +106,13 @@ pub fn read(json: &str, top: &str) -> Result<Netlist, Unfit> {
 }
 
 struct Reader<'a> {
-    module: &'a Module,
-    numbers: HashMap<u32, Net>,
+    module: &'a YosysModule,
+    numbers: HashMap<u32, BitNet>,
     clock: Option<Bit>,
 }
 
 impl<'a> Reader<'a> {
-    fn new(module: &'a Module) -> Reader<'a> {
+    fn new(module: &'a YosysModule) -> Reader<'a> {
         Reader {
             module,
             numbers: HashMap::new(),
@@ -118,18 +121,18 @@ impl<'a> Reader<'a> {
     }
 
     /// An undefined value is 0: any would do, and where it matters the outputs differ.
-    fn net(&mut self, bit: &Bit) -> Net {
+    fn net(&mut self, bit: &Bit) -> BitNet {
         match bit {
-            Bit::Constant(value) => Net::constant(value == "1"),
+            Bit::Constant(value) => BitNet::constant(value == "1"),
             Bit::Net(number) => {
-                let next = Net(self.numbers.len() as u32 + 2);
+                let next = BitNet(self.numbers.len() as u32 + 2);
                 *self.numbers.entry(*number).or_insert(next)
             }
         }
     }
 
-    fn read(mut self) -> Result<Netlist, Unfit> {
-        let mut netlist = Netlist::default();
+    fn read(mut self) -> Result<GateNetlist, Unfit> {
+        let mut netlist = GateNetlist::default();
         let module = self.module;
         for (name, port) in &module.ports {
             if name == Layout::CLOCK {
@@ -159,16 +162,16 @@ impl<'a> Reader<'a> {
     }
 
     /// Words that have a name in the Verilog, and all of whose bits are used.
-    fn words(&self) -> Vec<Name> {
+    fn words(&self) -> Vec<VerilogName> {
         let named = self.module.netnames.iter();
         let named = named.filter(|(_, net)| net.hide_name == 0);
         let word = |(name, net): (&String, &NetName)| {
             let source = net.attributes.get("src").and_then(|value| value.as_str());
             let of_bit = |bit: &Bit| match bit {
-                Bit::Constant(value) => Some(Net::constant(value == "1")),
+                Bit::Constant(value) => Some(BitNet::constant(value == "1")),
                 Bit::Net(number) => self.numbers.get(number).copied(),
             };
-            Some(Name {
+            Some(VerilogName {
                 word: name.clone(),
                 source: source.unwrap_or_default().to_owned(),
                 nets: net.bits.iter().map(of_bit).collect::<Option<_>>()?,
@@ -209,30 +212,30 @@ impl<'a> Reader<'a> {
         names
     }
 
-    fn pin(&mut self, cell: &Cell, pin: &str) -> Result<Net, Unfit> {
+    fn pin(&mut self, cell: &YosysCell, pin: &str) -> Result<BitNet, Unfit> {
         match cell.connections.get(pin).and_then(|bits| bits.first()) {
             Some(bit) => Ok(self.net(bit)),
             None => Err(Unfit::new(format!("Yosys left a {} without {pin}", cell.r#type))),
         }
     }
 
-    fn gate(&mut self, cell: &Cell, function: Function) -> Result<Gate, Unfit> {
+    fn gate(&mut self, cell: &YosysCell, function: Function) -> Result<LogicGate, Unfit> {
         let a = self.pin(cell, "A")?;
         let is_not = cell.r#type == "$_NOT_" || cell.r#type == "$_BUF_";
-        let b = if is_not { Net::ZERO } else { self.pin(cell, "B")? };
+        let b = if is_not { BitNet::ZERO } else { self.pin(cell, "B")? };
         let s = match function {
             Function::Mux => self.pin(cell, "S")?,
-            Function::Table(_) => Net::ZERO,
+            Function::Table(_) => BitNet::ZERO,
         };
-        Ok(Gate { function, inputs: [a, b, s], output: self.pin(cell, "Y")? })
+        Ok(LogicGate { function, inputs: [a, b, s], output: self.pin(cell, "Y")? })
     }
 
     fn register(
         &mut self,
         cell_name: &str,
-        cell: &Cell,
+        cell: &YosysCell,
         names: &mut HashMap<u32, (String, u32, Option<bool>)>,
-    ) -> Result<Register, Unfit> {
+    ) -> Result<FlipFlop, Unfit> {
         let unfit = |what: &str| Err(Unfit::new(format!("the design has {what} ({cell_name})")));
         let (enabled, reset) = match cell.r#type.as_str() {
             "$_DFF_P_" => (false, None),
@@ -253,21 +256,21 @@ impl<'a> Reader<'a> {
             _ => None,
         };
         let (name, bit, initial) = name.unwrap_or_else(|| (cell_name.to_owned(), 0, None));
-        Ok(Register {
+        Ok(FlipFlop {
             name: (name, bit),
             initial,
             q: self.pin(cell, "Q")?,
             d: self.pin(cell, "D")?,
             enable: if enabled { Some(self.pin(cell, "E")?) } else { None },
             reset: match reset {
-                Some(value) => Some(Reset { when: self.pin(cell, "R")?, value }),
+                Some(value) => Some(SynchronousReset { when: self.pin(cell, "R")?, value }),
                 None => None,
             },
         })
     }
 
     /// What has no place in lanes, and the order of the gates.
-    fn check(&self, netlist: &mut Netlist) -> Result<(), Unfit> {
+    fn check(&self, netlist: &mut GateNetlist) -> Result<(), Unfit> {
         netlist.sort().map_err(|_| Unfit::new("the design has a combinational loop"))?;
         if let Some(Bit::Net(clock)) = &self.clock
             && self.numbers.contains_key(clock)
@@ -279,7 +282,7 @@ impl<'a> Reader<'a> {
         for net in netlist.inputs.iter().flat_map(|port| &port.nets) {
             is_input[net.index()] = true;
         }
-        let undriven = |net: Net| {
+        let undriven = |net: BitNet| {
             net.as_constant().is_none()
                 && !is_input[net.index()]
                 && drivers[net.index()] == Driver::Outside

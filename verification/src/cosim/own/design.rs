@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::manifest::{Named as Manifest, check_top};
-use super::search::{Search, Taken, check_folders};
+use super::manifest::{NamedVerilog as Manifest, check_top};
+use super::search::{FileSearch, Taken, check_folders};
 use super::wrapper::wrapper;
 use super::{Named, OwnRtl, bad_option, check_define, filelist, folder};
 use crate::cosim::TOP;
@@ -47,7 +47,7 @@ pub fn read(own: &OwnRtl, interface: &Interface) -> Result<(Verilog, Vec<String>
     check_folders(&named.include_folders)?;
     let cache = cache_dir()?;
     let tools = Tools::find(&cache)?;
-    let (taken, ports) = Search::new(&tools, top, named)?.find()?;
+    let (taken, ports) = FileSearch::new(&tools, top, named)?.find()?;
     let differences = ports::differences(&interface.ports(), &ports);
     if !differences.is_empty() {
         let top = top.to_owned();
@@ -116,7 +116,7 @@ pub fn read_board(
     }
     let cache = cache_dir()?;
     let tools = Tools::find(&cache)?;
-    let found = Search::new(&tools, top, named)?.find();
+    let found = FileSearch::new(&tools, top, named)?.find();
     Ok(found.map_err(|error| without(error, place.path()))?.0)
 }
 

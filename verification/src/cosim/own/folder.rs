@@ -8,7 +8,7 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 use super::Named;
-use super::manifest::{Named as Manifest, file_names};
+use super::manifest::{NamedVerilog as Manifest, file_names};
 use crate::cosim::error::CosimError;
 use crate::files::read_regular;
 

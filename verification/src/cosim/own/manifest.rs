@@ -18,7 +18,7 @@ struct Manifest {
 
 /// What a manifest says of the Verilog.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Named {
+pub struct NamedVerilog {
     /// The top module, if it names one.
     pub top: Option<String>,
     /// The file names, in its order.
@@ -37,7 +37,7 @@ const MOST_TOP_CHARACTERS: usize = 100;
 /// What is wrong with it and what would be right: every name must be that of a
 /// file in the manifest's own folder, and occur once; the top module's must be a plain
 /// identifier.
-pub fn file_names(text: &str) -> Result<Named, String> {
+pub fn file_names(text: &str) -> Result<NamedVerilog, String> {
     let manifest: Manifest = serde_json::from_str(text).map_err(|error| {
         format!(
             "{error}; a manifest is what `goldtof emit` writes, with the file names under \"files\""
@@ -63,7 +63,11 @@ pub fn file_names(text: &str) -> Result<Named, String> {
     if let Some(top) = &manifest.top {
         check_top(top)?;
     }
-    Ok(Named { top: manifest.top, files: manifest.files, scan_registers: manifest.scan_registers })
+    Ok(NamedVerilog {
+        top: manifest.top,
+        files: manifest.files,
+        scan_registers: manifest.scan_registers,
+    })
 }
 
 /// The name goes into command lines and C++.

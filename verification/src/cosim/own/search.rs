@@ -29,7 +29,7 @@ const TEXT: &str = "design.sv";
 pub type Taken = (Vec<SourceFile>, Vec<String>);
 
 /// Asks Verilator which files make up a design.
-pub(super) struct Search<'a> {
+pub(super) struct FileSearch<'a> {
     tools: &'a Tools,
     top: &'a str,
     named: Named,
@@ -47,7 +47,7 @@ struct Given {
     module_folders: Vec<PathBuf>,
 }
 
-impl<'a> Search<'a> {
+impl<'a> FileSearch<'a> {
     /// Of a design whose top module is `top`.
     ///
     /// # Errors
@@ -56,11 +56,11 @@ impl<'a> Search<'a> {
         tools: &'a Tools,
         top: &'a str,
         named: Named,
-    ) -> Result<Search<'a>, CosimError> {
+    ) -> Result<FileSearch<'a>, CosimError> {
         check_size(Path::new(""), &named.files)?;
         check_size(Path::new(""), &named.libraries)?;
         check_folders(&named.module_folders)?;
-        Ok(Search { tools, top, named, roots: Roots::new()? })
+        Ok(FileSearch { tools, top, named, roots: Roots::new()? })
     }
 
     /// The design's text, and the top module's ports.

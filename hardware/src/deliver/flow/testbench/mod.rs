@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use self::header::{covered, time_in_words};
 use super::file_list::testbench_file_list;
-use super::run_length::Words;
-use super::stimulus::{Column, Group, MOST_CLOCKS, Recording, record};
-use crate::deliver::design::{Design, EmittedFile};
+use super::run_length::RunLengthWords;
+use super::stimulus::{MOST_CLOCKS, PortGroup, Recording, VectorColumn, record};
+use crate::deliver::design::{EmittedDesign, EmittedFile};
 use crate::deliver::template::filled;
 use crate::reference::cover_report::Coverage;
 use crate::reference::predictor::ReferenceError;
@@ -59,7 +59,7 @@ struct Names {
 }
 
 impl Names {
-    fn of(design: &Design) -> Names {
+    fn of(design: &EmittedDesign) -> Names {
         let name = design.top();
         Names {
             top: format!("{name}_tb"),
@@ -73,8 +73,8 @@ impl Names {
 /// A group of ports with its vector file.
 struct VectorFile<'a> {
     name: &'static str,
-    group: &'a Group,
-    words: Words,
+    group: &'a PortGroup,
+    words: RunLengthWords,
 }
 
 impl VectorFile<'_> {
@@ -101,7 +101,7 @@ fn skip_net(register: &str) -> String {
 ///
 /// # Errors
 /// When the reference model cannot predict the ports.
-pub(super) fn testbench(design: &Design) -> Result<Testbench, ReferenceError> {
+pub(super) fn testbench(design: &EmittedDesign) -> Result<Testbench, ReferenceError> {
     let names = Names::of(design);
     let detectors = design.sensor.scene().detectors.iter();
     let detectors: Vec<String> = detectors.map(|detector| detector.name.clone()).collect();
@@ -157,7 +157,7 @@ fn top(
     let time = Timescale::of(clock, MOST_CLOCKS);
     let outputs = || recording.chips.ports.iter().chain(&recording.results.ports);
     let ports = || recording.inputs.ports.iter().chain(outputs());
-    let wire = |port: &Column| declared("wire", port.width, &port.name);
+    let wire = |port: &VectorColumn| declared("wire", port.width, &port.name);
     let mut expected: String = outputs()
         .map(|port| declared("wire", port.width, &format!("expected_{}", port.name)))
         .collect();
@@ -291,7 +291,7 @@ fn vector_check(names: &Names, vector: &VectorFile) -> String {
 }
 
 /// Whether a port is as expected.
-fn port_check(port: &Column) -> String {
+fn port_check(port: &VectorColumn) -> String {
     // Without a result the interface promises nothing of its payload.
     let counts = if port.is_payload { "expected_m_axis_tvalid && " } else { "" };
     format!(

@@ -121,7 +121,7 @@ impl DerefMut for CodeSource {
     }
 }
 
-impl Inputs for CodeSource {
+impl BlockInputs for CodeSource {
     fn set(&mut self, port: &str, value: u128) {
         CodePorts::set(self, port, value);
     }

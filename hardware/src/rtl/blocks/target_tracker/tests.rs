@@ -3,7 +3,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rust_hdl_core::simulate::simulate;
 
 use super::*;
-use crate::reference::tracking::{Follower, Sums};
+use crate::reference::tracking::{Follower, WindowSums};
 use crate::rtl::front::tick;
 use crate::sensor::track::TrackSetting;
 
@@ -108,7 +108,7 @@ fn the_block_follows_the_rule() {
                         bench.clock();
                     }
                 }
-                let is_lost = follower.counted(Sums::of(&counts, plan.half_steps()));
+                let is_lost = follower.counted(WindowSums::of(&counts, plan.half_steps()));
                 losses += u64::from(is_lost);
                 assert_eq!(bench.clocks_to_go(), plan.decision_clocks(), "{plan:?}");
                 assert_eq!(bench.lost, is_lost, "{counts:?}");
