@@ -363,10 +363,15 @@ fn every_document_holds_and_every_schema_has_one() {
     let all: BTreeSet<&str> = schemas.iter().map(|(name, _)| *name).collect();
     assert_eq!(there, all);
     // The schemas refuse what is no such document: each field left out, of another type,
-    // and one too many.
-    let mut wrong = Vec::new();
-    for (name, document) in &documents {
+    // and one too many. Of a schema's documents that have a field the shortest one says it.
+    let mut shortest_first: Vec<&(String, Value)> = documents.iter().collect();
+    shortest_first.sort_by_cached_key(|(_, document)| document.to_string().len());
+    let (mut wrong, mut seen) = (Vec::new(), BTreeSet::new());
+    for (name, document) in shortest_first {
         for field in document.as_object().expect("an object").keys() {
+            if !seen.insert((name, field.as_str())) {
+                continue;
+            }
             let mut without = document.clone();
             without.as_object_mut().expect("an object").remove(field);
             wrong.push((name.clone(), without));
@@ -374,9 +379,11 @@ fn every_document_holds_and_every_schema_has_one() {
             other[field] = json!({ "another": "type" });
             wrong.push((name.clone(), other));
         }
-        let mut more = document.clone();
-        more["unheard_of"] = json!(1);
-        wrong.push((name.clone(), more));
+        if seen.insert((name, "unheard_of")) {
+            let mut more = document.clone();
+            more["unheard_of"] = json!(1);
+            wrong.push((name.clone(), more));
+        }
     }
     assert!(wrong.len() > 300, "{}", wrong.len());
     for (found, (name, document)) in errors(&wrong).iter().zip(&wrong) {
