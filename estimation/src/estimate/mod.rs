@@ -48,13 +48,14 @@ pub use crate::light::distance_m;
 pub use crate::response::CountingTier;
 pub use approximation::Approximation;
 pub use effort::{TheoryEffort, Work};
-pub use missed::{share_error, tolerance_ps};
+pub use missed::share_error;
 pub use phase::{CoarseOnly, Estimate, NoEstimate, estimate, estimate_values};
 pub use possible::ImpossibleScan;
 pub use possible::{check_modulated, possible_count, possible_scan};
 pub use prediction::{Prediction, PredictionError};
 pub use theory::{Theory, predict, theory, theory_of_integrations};
 pub use truth::{TrueDelay, calibration_offset_ps, true_delay};
+pub use unwrap::tolerance_ps;
 
 use crate::scene::PathIndex;
 use crate::sensor::Sensor;

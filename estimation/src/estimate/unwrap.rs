@@ -1,4 +1,4 @@
-//! Unwrapping of errors of a periodic quantity.
+//! Unwrapping of errors of a periodic quantity, and how large they may be.
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -11,6 +11,14 @@ const LEAST_RESULTANT: f64 = 0.5;
 const RAYLEIGH: f64 = 3.0;
 /// The most that is asked of few errors: a single one has 1 in any case.
 const MOST_ASKED: f64 = 0.9;
+
+/// How far an estimate may be off for its scan to have found the peak, in ps: a chip,
+/// the half-base of the correlation's peak; of a code so short that a chip is more
+/// than a quarter of its period (a square wave) a quarter of the period, so that an
+/// estimate on the far side of it is never right.
+pub fn tolerance_ps(chip_period_ps: f64, code_period_ps: f64) -> f64 {
+    chip_period_ps.min(0.25 * code_period_ps)
+}
 
 /// Errors are spread too widely over the range to have a mean.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::error::FitError;
 use super::parameters::{DELAY_STEP_CHIPS, DerivativeColumn, FitParameters, PathParameters, slope};
 use super::template::DelayAxis;
-use crate::estimate::missed::tolerance_ps;
+use crate::estimate::unwrap::tolerance_ps;
 use crate::photons::DetectorModel;
 use crate::response::{CountingTier, Light, LightPath, MeanCount, MeanResponse, MeanResponseError};
 use crate::scan::{Clock, Step};

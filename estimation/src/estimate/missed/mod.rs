@@ -1,6 +1,6 @@
 //! Missed peaks: their definition, and their expected share.
 //!
-//! A scan *finds* a path if its estimate lies within [`tolerance_ps`] of the path's
+//! A scan *finds* a path if its estimate lies within [`tolerance_ps`](super::tolerance_ps) of the path's
 //! true delay, the shorter way round the code period, and no other path of the same
 //! source is nearer to it. Else it *misses the peak*. Simulation, prediction and
 //! documents use this one definition, for either estimator.
@@ -11,7 +11,6 @@ mod target;
 mod wedge;
 
 use self::target::MissConditions;
-pub use self::target::tolerance_ps;
 pub(super) use self::target::{counted_errors_ps, errors_wrap};
 use super::expected_counts::ExpectedCounts;
 use super::phase::is_one_window;

@@ -8,18 +8,11 @@ use crate::estimate::delay_error_ps;
 use crate::estimate::expected_counts::ExpectedCounts;
 use crate::estimate::phase::{estimate_at, window_indices};
 use crate::estimate::truth::Asked;
+use crate::estimate::unwrap::tolerance_ps;
 use crate::math::{NormalLaw, PartOfNormal};
 use crate::scan::Step;
 use crate::scene::{Detector, PathIndex};
 use crate::sensor::Sensor;
-
-/// How far an estimate may be off for its scan to have found the peak, in ps: a chip,
-/// the half-base of the correlation's peak; of a code so short that a chip is more
-/// than a quarter of its period (a square wave) a quarter of the period, so that an
-/// estimate on the far side of it is never right.
-pub fn tolerance_ps(chip_period_ps: f64, code_period_ps: f64) -> f64 {
-    chip_period_ps.min(0.25 * code_period_ps)
-}
 
 /// Whether the estimates of a path that are right are fewer than those that count for it: of
 /// codes of fewer than four chips, whose errors wrap.
