@@ -13,26 +13,24 @@ module cell_combiner (
     output wire [3:0]  o_level    // level of the detector, bit 0 earliest
 );
 
-    wire [3:0] word_0; // pulses of cells; then sum and carry of each adder
-    wire [3:0] word_1;
-    wire [3:0] word_2;
-    wire [3:0] word_3;
-    wire [3:0] word_4;
-    wire [3:0] word_5;
-    wire [3:0] word_6;
-    wire [3:0] word_7;
-    wire [3:0] word_8;
+    wire [3:0] sum_0;     // their sums, as far as these matter
+    wire [3:0] carry_0;   // and their carries
+    wire [3:0] carry_1;
+    wire [3:0] sum_1;
+    wire [3:0] carry_2;
+    wire [7:0] addends_1;
+    wire [7:0] addends_2;
 
-    assign word_0 = i_samples[3:0];
-    assign word_1 = i_samples[7:4];
-    assign word_2 = i_samples[11:8];
-    assign word_3 = i_samples[15:12];
-    assign word_4 = word_0 ^ word_1 ^ word_2;
-    assign word_5 = (word_0 & word_1) | (word_2 & (word_0 | word_1));
-    assign word_6 = word_3 & word_4;
-    assign word_7 = word_5 ^ word_6;
-    assign word_8 = word_5 & word_6;
-    assign o_level = word_7 | word_8;
+    assign sum_0 = i_samples[3:0] ^ i_samples[7:4] ^ i_samples[11:8];
+    assign carry_0 =
+        (i_samples[3:0] & i_samples[7:4])
+        | (i_samples[11:8] & (i_samples[3:0] | i_samples[7:4]));
+    assign carry_1 = addends_1[3:0] & addends_1[7:4];
+    assign sum_1 = addends_2[3:0] ^ addends_2[7:4];
+    assign carry_2 = addends_2[3:0] & addends_2[7:4];
+    assign o_level = sum_1 | carry_2;
+    assign addends_1 = {sum_0, i_samples[15:12]};
+    assign addends_2 = {carry_1, carry_0};
 
 endmodule
 

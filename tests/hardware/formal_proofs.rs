@@ -229,8 +229,8 @@ fn each_proof_refuses_a_fault() {
 #[test]
 fn counts_of_cells_are_proven_and_faults_in_combining_them_refused() {
     let faults: &[Fault] = &[
-        ("counts", "cell_combiner", "= word_7 | word_8", "= word_7"),
-        ("counts", "cell_combiner", "= i_samples[15:12]", "= 4'd0"),
+        ("counts", "cell_combiner", "= sum_1 | carry_2", "= sum_1"),
+        ("counts", "cell_combiner", "{sum_0, i_samples[15:12]}", "{sum_0, 4'd0}"),
     ];
     assert_refused(&standard("macropixel"), &["counts"], &[], faults);
     let faults: &[Fault] = &[

@@ -1,7 +1,7 @@
 //! A module as it is printed: vectors of like signals packed into one, like statements and
 //! instances as loops.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::expr::{Expr, SignalId, Statement};
 use super::lines::{BitStatement, VerilogLine, folded, joined, lines, loops_joined};
@@ -214,6 +214,22 @@ struct Packing {
     places: HashMap<SignalId, (SignalId, u32)>,
 }
 
+/// Whether a signal follows from itself, by what each is made of.
+fn is_made_of_itself(signal: SignalId, made_of: &HashMap<SignalId, Vec<SignalId>>) -> bool {
+    let (mut ahead, mut seen) = (vec![signal], HashSet::new());
+    while let Some(next) = ahead.pop() {
+        for &read in made_of.get(&next).into_iter().flatten() {
+            if read == signal {
+                return true;
+            }
+            if seen.insert(read) {
+                ahead.push(read);
+            }
+        }
+    }
+    false
+}
+
 impl Packing {
     fn of(module: &VerilogModule) -> Packing {
         let own = &module.signals;
@@ -221,17 +237,21 @@ impl Packing {
         let mut packed: HashMap<String, SignalId> = HashMap::new();
         let mut vectors = vectors(own);
         // What one element makes of another would be a loop of the whole, as simulators see it.
+        let whole = |id: SignalId| {
+            let element = own[id].element.as_ref();
+            element.and_then(|element| vectors.get(&element.all)).map_or(id, |all| all[0])
+        };
+        let mut made_of: HashMap<SignalId, Vec<SignalId>> = HashMap::new();
         for Assign { target, value } in &module.assigns {
-            let vector = |id: SignalId| own[id].element.as_ref().map(|element| &element.all);
-            let Some(all) = vector(*target) else {
-                continue;
-            };
-            let mut reads_another = false;
-            value.for_each_signal(&mut |id| reads_another |= vector(id) == Some(all));
-            if reads_another {
-                vectors.remove(all);
-            }
+            let reads = made_of.entry(whole(*target)).or_default();
+            value.for_each_signal(&mut |id| reads.push(whole(id)));
         }
+        let looped: Vec<String> = vectors
+            .iter()
+            .filter(|(_, elements)| is_made_of_itself(elements[0], &made_of))
+            .map(|(name, _)| name.clone())
+            .collect();
+        looped.iter().for_each(|name| _ = vectors.remove(name));
         let mut places = HashMap::new();
         for (id, signal) in own.iter().enumerate() {
             let Some(Element { all, place }) = &signal.element else {

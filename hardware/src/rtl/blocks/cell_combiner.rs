@@ -2,7 +2,8 @@
 //!
 //! Samples go side by side through gates that are as wide as a word. For an OR, an AND or an XOR there is
 //! nothing else; between these, pulses are counted by full adders, each of which takes three words of one
-//! weight and gives one of that weight and one of twice as much, until there is one of each.
+//! weight and gives one of that weight and one of twice as much, until there is one of each (C. S. Wallace, "A suggestion for
+//! a fast multiplier", 1964). Those of a round stand side by side, so that a round is two statements.
 //!
 //! Cost (ECP5, 8 samples, docs/resources.md): 2 LUTs for an OR of 4 cells, 22 for two of 4, 186 for two of 16; left out
 //! where cells are combined before the FPGA.
@@ -42,10 +43,22 @@ pub struct CellCombiner {
     /// high during a pulse
     #[width(lanes * count)]
     pulses: Local<Word>,
-    /// pulses of cells; then sum and carry of each adder
-    #[each(_word in 0..adders.words)]
+    /// words that a round of adders takes: their first ones lowest, then their second and third
+    #[each(round in adders.rounds.iter())]
+    #[width(lanes * round.inputs() * round.adders.len())]
+    addends: Vec<Local<Word>>,
+    /// their sums, as far as these matter
+    #[each(round in adders.rounds.iter().filter(|round| round.sums() > 0))]
+    #[width(lanes * round.sums())]
+    sum: Vec<Local<Word>>,
+    /// and their carries
+    #[each(round in adders.rounds.iter())]
+    #[width(lanes * round.adders.len())]
+    carry: Vec<Local<Word>>,
+    /// digits of their number, from the lowest that matters
+    #[each(_digit in adders.digits.iter())]
     #[width(lanes)]
-    word: Vec<Local<Word>>,
+    digit: Vec<Local<Word>>,
     /// high during a pulse
     #[width(lanes)]
     level: Local<Word>,
@@ -64,47 +77,119 @@ fn about_level(cells: &Cells) -> String {
 /// Full and half adders that count words of one bit each.
 #[derive(Debug, Clone, Default)]
 struct Adders {
-    list: Vec<Adder>,
-    /// Words of all cells and adders.
-    words: usize,
+    rounds: Vec<Round>,
     /// The word of each digit, from the lowest that matters up, and whether the number that is asked for
     /// has it.
-    digits: Vec<(usize, bool)>,
+    digits: Vec<(Source, bool)>,
 }
 
-/// Words of the same weight that are added.
+/// Adders that need no other's result.
+#[derive(Debug, Clone, Default)]
+struct Round {
+    adders: Vec<Adder>,
+}
+
+/// What an adder takes: words of the same weight, a full one three, a half one two.
 #[derive(Debug, Clone)]
 struct Adder {
-    first: usize,
-    second: usize,
-    third: Option<usize>,
-    /// Their sum's word of that weight, if it matters.
-    sum: Option<usize>,
-    /// And of twice that weight.
-    carry: usize,
+    words: Vec<Source>,
+    /// Whether its sum matters.
+    has_sum: bool,
+}
+
+/// Where a word comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Source {
+    Cell(usize),
+    /// Of a round, the sum of an adder.
+    Sum(usize, usize),
+    /// Of a round, the carry of an adder.
+    Carry(usize, usize),
+}
+
+impl Source {
+    /// The round that makes it.
+    fn round(self) -> Option<usize> {
+        match self {
+            Source::Cell(_) => None,
+            Source::Sum(round, _) | Source::Carry(round, _) => Some(round),
+        }
+    }
+}
+
+impl Round {
+    /// Words that an adder takes: of half adders beside full ones the third is 0.
+    fn inputs(&self) -> usize {
+        self.adders.iter().map(|adder| adder.words.len()).max().unwrap_or(0)
+    }
+
+    /// Sums that matter.
+    fn sums(&self) -> usize {
+        self.adders.iter().filter(|adder| adder.has_sum).count()
+    }
+
+    /// Numbers of its adders as they stand side by side: those whose sum does not matter first.
+    fn order(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.adders.len()).collect();
+        order.sort_by_key(|&number| self.adders[number].has_sum);
+        order
+    }
+
+    /// What stands at a place among its addends; none for 0.
+    fn source(&self, place: usize) -> Option<Source> {
+        let adders = self.adders.len();
+        self.adders[self.order()[place % adders]].words.get(place / adders).copied()
+    }
 }
 
 impl Adders {
+    /// A word's place among those of its kind that stand side by side.
+    fn place(&self, source: Source) -> usize {
+        let place = |round: usize, number| {
+            self.rounds[round].order().iter().position(|&other| other == number).unwrap_or(0)
+        };
+        match source {
+            Source::Cell(cell) => cell,
+            Source::Sum(round, number) => {
+                let of = &self.rounds[round];
+                place(round, number) - (of.adders.len() - of.sums())
+            }
+            Source::Carry(round, number) => place(round, number),
+        }
+    }
+
+    /// The bit of what an addend of a round comes from that is one of the addends' bits.
+    fn bit(&self, round: usize, bit: usize, lanes: usize) -> usize {
+        let source = self.rounds[round].source(bit / lanes);
+        lanes * source.map_or(0, |source| self.place(source)) + bit % lanes
+    }
+
+    /// The round that an addend of a round comes from.
+    fn made_in(&self, round: usize, place: usize) -> usize {
+        self.rounds[round].source(place).and_then(Source::round).unwrap_or(0)
+    }
+
+    /// Which of the words of sums are a round's.
+    fn sums_of(&self, round: usize) -> usize {
+        self.rounds[..round].iter().filter(|round| round.sums() > 0).count()
+    }
+
     /// Of so many cells, of which at least `least` are asked for, more than one and less than all.
     fn of(cells: usize, least: u32) -> Adders {
         let lowest = least.trailing_zeros() as usize;
-        let mut adders = Adders { words: cells, ..Adders::default() };
-        let mut of_weight: Vec<usize> = (0..cells).collect();
+        let mut adders = Adders::default();
+        let mut of_weight: Vec<Source> = (0..cells).map(Source::Cell).collect();
         for digit in 0.. {
             let mut of_next = Vec::new();
             let mut at = 0;
             while at + 1 < of_weight.len() {
-                let third = of_weight.get(at + 2).copied();
+                let words = of_weight[at..of_weight.len().min(at + 3)].to_vec();
                 let is_last = at + 3 >= of_weight.len();
+                at += words.len();
                 let has_sum = digit >= lowest || !is_last;
-                let carry = adders.words + usize::from(has_sum);
-                let sum = has_sum.then_some(adders.words);
-                let (first, second) = (of_weight[at], of_weight[at + 1]);
-                adders.list.push(Adder { first, second, third, sum, carry });
-                adders.words = carry + 1;
-                at += if third.is_some() { 3 } else { 2 };
-                of_weight.extend(sum);
-                of_next.push(carry);
+                let (round, number) = adders.add(Adder { words, has_sum });
+                of_weight.extend(has_sum.then_some(Source::Sum(round, number)));
+                of_next.push(Source::Carry(round, number));
             }
             if digit >= lowest {
                 adders.digits.push((of_weight[at], least >> digit & 1 == 1));
@@ -116,6 +201,17 @@ impl Adders {
         }
         adders
     }
+
+    /// Adds words in the first round that has all of them: which round that is, and which of its adders.
+    fn add(&mut self, adder: Adder) -> (usize, usize) {
+        let made = adder.words.iter().filter_map(|word| word.round());
+        let round = made.max().map_or(0, |made| made + 1);
+        if round == self.rounds.len() {
+            self.rounds.push(Round::default());
+        }
+        self.rounds[round].adders.push(adder);
+        (round, self.rounds[round].adders.len() - 1)
+    }
 }
 
 #[kernel]
@@ -126,7 +222,7 @@ impl Logic for CellCombiner {
         } else {
             self.pulses.next = self.i_samples.val();
         }
-        if self.adders.list.is_empty() {
+        if self.adders.rounds.is_empty() {
             self.join();
         } else {
             self.count_pulses();
@@ -153,53 +249,84 @@ impl Logic for CellCombiner {
         }
     }
 
+    /// A round after the other.
     fn count_pulses(&mut self) {
         let lanes = self.lanes;
-        for c in 0..self.count {
-            self.word[c].next = self.pulses.val().slice(lanes * c, lanes);
-        }
-        for a in 0..self.adders.list.len() {
-            if self.adders.list[a].third.is_some() {
-                self.add_three(a);
+        for r in 0..self.adders.rounds.len() {
+            let count = lanes * self.adders.rounds[r].adders.len();
+            let inputs = self.adders.rounds[r].inputs();
+            self.addends[r].next = gather(inputs * count, |b| {
+                if matches!(self.adders.rounds[r].source(b / lanes), Some(Source::Cell(_))) {
+                    self.pulses.val().get_bit(self.adders.bit(r, b, lanes))
+                } else if matches!(self.adders.rounds[r].source(b / lanes), Some(Source::Sum(..))) {
+                    self.sum[self.adders.sums_of(self.adders.made_in(r, b / lanes))]
+                        .val()
+                        .get_bit(self.adders.bit(r, b, lanes))
+                } else if self.adders.rounds[r].source(b / lanes).is_some() {
+                    self.carry[self.adders.made_in(r, b / lanes)]
+                        .val()
+                        .get_bit(self.adders.bit(r, b, lanes))
+                } else {
+                    false
+                }
+            });
+            if inputs > 2 {
+                self.add_three(r);
             } else {
-                self.add_two(a);
+                self.add_two(r);
             }
         }
     }
 
-    fn add_three(&mut self, a: usize) {
-        let first = self.adders.list[a].first;
-        let second = self.adders.list[a].second;
-        let third = self.adders.list[a].third.unwrap_or_default();
-        if self.adders.list[a].sum.is_some() {
-            let sum = self.adders.list[a].sum.unwrap_or_default();
-            self.word[sum].next =
-                self.word[first].val() ^ self.word[second].val() ^ self.word[third].val();
+    fn add_three(&mut self, r: usize) {
+        let count = self.lanes * self.adders.rounds[r].adders.len();
+        let first = count - self.lanes * self.adders.rounds[r].sums();
+        if count > first {
+            self.sum[self.adders.sums_of(r)].next =
+                self.addends[r].val().slice(first, count - first)
+                    ^ self.addends[r].val().slice(count + first, count - first)
+                    ^ self.addends[r].val().slice(2 * count + first, count - first);
         }
-        let carry = self.adders.list[a].carry;
-        self.word[carry].next = (self.word[first].val() & self.word[second].val())
-            | (self.word[third].val() & (self.word[first].val() | self.word[second].val()));
+        self.carry[r].next = (self.addends[r].val().slice(0, count)
+            & self.addends[r].val().slice(count, count))
+            | (self.addends[r].val().slice(2 * count, count)
+                & (self.addends[r].val().slice(0, count)
+                    | self.addends[r].val().slice(count, count)));
     }
 
-    fn add_two(&mut self, a: usize) {
-        let first = self.adders.list[a].first;
-        let second = self.adders.list[a].second;
-        if self.adders.list[a].sum.is_some() {
-            let sum = self.adders.list[a].sum.unwrap_or_default();
-            self.word[sum].next = self.word[first].val() ^ self.word[second].val();
+    fn add_two(&mut self, r: usize) {
+        let count = self.lanes * self.adders.rounds[r].adders.len();
+        let first = count - self.lanes * self.adders.rounds[r].sums();
+        if count > first {
+            self.sum[self.adders.sums_of(r)].next =
+                self.addends[r].val().slice(first, count - first)
+                    ^ self.addends[r].val().slice(count + first, count - first);
         }
-        let carry = self.adders.list[a].carry;
-        self.word[carry].next = self.word[first].val() & self.word[second].val();
+        self.carry[r].next =
+            self.addends[r].val().slice(0, count) & self.addends[r].val().slice(count, count);
     }
 
     /// Whether there are as many as asked for, from the lowest digit up.
     fn compare(&mut self) {
-        self.level.next = self.word[self.adders.digits[0].0].val();
+        let lanes = self.lanes;
+        for d in 0..self.adders.digits.len() {
+            let source = self.adders.digits[d].0;
+            let low = lanes * self.adders.place(source);
+            if matches!(source, Source::Sum(..)) {
+                self.digit[d].next = self.sum[self.adders.sums_of(source.round().unwrap_or(0))]
+                    .val()
+                    .slice(low, lanes);
+            } else {
+                self.digit[d].next =
+                    self.carry[source.round().unwrap_or(0)].val().slice(low, lanes);
+            }
+        }
+        self.level.next = self.digit[0].val();
         for d in 1..self.adders.digits.len() {
             if self.adders.digits[d].1 {
-                self.level.next = self.level.val() & self.word[self.adders.digits[d].0].val();
+                self.level.next = self.level.val() & self.digit[d].val();
             } else {
-                self.level.next = self.level.val() | self.word[self.adders.digits[d].0].val();
+                self.level.next = self.level.val() | self.digit[d].val();
             }
         }
     }
@@ -207,37 +334,43 @@ impl Logic for CellCombiner {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashMap;
+
     use super::*;
 
-    /// Of all numbers of pulses, whichever cells have them; and no word is made that is not used.
+    /// Of all numbers of pulses, whichever cells have them; and no word is made that is not used, each once.
     #[test]
     fn adders_count_any_pulses() {
         for cells in 3..=64 {
             for least in 2..cells as u32 {
                 let adders = Adders::of(cells, least);
-                let mut uses = vec![0; adders.words];
-                for adder in &adders.list {
-                    let addends = [Some(adder.first), Some(adder.second), adder.third];
-                    addends.into_iter().flatten().for_each(|word| uses[word] += 1);
+                let mut uses: HashMap<Source, usize> = HashMap::new();
+                let taken = adders.rounds.iter().flat_map(|round| &round.adders);
+                let taken = taken.flat_map(|adder| adder.words.iter().copied());
+                for word in taken.chain(adders.digits.iter().map(|(word, _)| *word)) {
+                    *uses.entry(word).or_default() += 1;
                 }
-                adders.digits.iter().for_each(|(word, _)| uses[*word] += 1);
-                assert!(uses.iter().all(|&uses| uses == 1), "{least} of {cells}: {uses:?}");
+                let made: usize =
+                    adders.rounds.iter().map(|round| round.sums() + round.adders.len()).sum();
+                assert_eq!(uses.len(), cells + made, "{least} of {cells}");
+                assert!(uses.values().all(|&uses| uses == 1), "{least} of {cells}: {uses:?}");
                 for pulses in 0..=cells {
-                    let mut words = vec![false; adders.words];
-                    (0..pulses).for_each(|n| words[n * 7 % cells] = true);
-                    let high = words.iter().filter(|&&word| word).count();
-                    for adder in &adders.list {
-                        let third = adder.third.is_some_and(|third| words[third]);
-                        let addends = [words[adder.first], words[adder.second], third];
-                        let ones = addends.iter().filter(|&&one| one).count();
-                        if let Some(sum) = adder.sum {
-                            words[sum] = ones % 2 == 1;
+                    let mut words: HashMap<Source, bool> =
+                        (0..cells).map(|cell| (Source::Cell(cell), false)).collect();
+                    (0..pulses).for_each(|n| _ = words.insert(Source::Cell(n * 7 % cells), true));
+                    let high = words.values().filter(|&&word| word).count();
+                    for (number, round) in adders.rounds.iter().enumerate() {
+                        for (place, adder) in round.adders.iter().enumerate() {
+                            let ones = adder.words.iter().filter(|word| words[*word]).count();
+                            if adder.has_sum {
+                                words.insert(Source::Sum(number, place), ones % 2 == 1);
+                            }
+                            words.insert(Source::Carry(number, place), ones >= 2);
                         }
-                        words[adder.carry] = ones >= 2;
                     }
                     let level = adders.digits[1..].iter().fold(
-                        words[adders.digits[0].0],
-                        |level, &(word, is_one)| match is_one {
+                        words[&adders.digits[0].0],
+                        |level, (word, is_one)| match is_one {
                             true => level & words[word],
                             false => level | words[word],
                         },
