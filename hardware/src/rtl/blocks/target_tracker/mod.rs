@@ -30,9 +30,9 @@ use crate::sensor::track::{SHARE_BITS, TrackPlan};
 #[block(target_tracker)]
 /// follows a target with a window of phase steps
 ///
-/// A scan's peak is where a target is looked for, and each window about it says how far the target has moved since. The next
-/// window's first step and number of steps take the place of the host's settings on their way to the sequencer. After some
-/// windows in a row without the target's light a scan looks for it again.
+/// A scan's peak is where a target is looked for, and each window about it says how far it has moved since. The next window's
+/// first step and number of steps take the place of the host's on their way to the sequencer. Windows without the target's
+/// light end in a scan.
 ///
 /// - Window: {plan.window_steps()} phase steps
 /// - Latency: {plan.decision_clocks() + 1} clocks from a window's last i_counted to o_go
