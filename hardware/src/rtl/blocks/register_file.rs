@@ -15,15 +15,17 @@
 //!
 //! Cost (ECP5, docs/resources.md): what `hardware.registers` takes, with the sequencer.
 
-mod register_address;
-mod scan_state;
-
 use std::ops::{Deref, DerefMut};
 
-use self::register_address::RegisterAddress;
-use self::scan_state::{ScanState, written_bits};
 use crate::rtl::front::prelude::*;
-use crate::sensor::registers::{ADDRESS_BITS, RegisterPlan};
+use crate::sensor::registers::{
+    ADDRESS_BITS, IDENTITY_WORDS, LOST_BITS, RegisterPlan, SCANS_BITS, state,
+};
+
+/// Bit of an address that is high for state and peaks.
+const STATE_BIT: usize = 10;
+/// Bit that is high among those for peaks.
+const PEAK_BIT: usize = 8;
 
 /// An AXI4-Lite slave of 32 bits.
 #[block]
@@ -80,15 +82,16 @@ pub struct RegisterFile {
     /// Whether a target is followed.
     #[set(plan.track.is_some())]
     tracks: bool,
-    /// Bits of a write that the state takes.
-    #[set(written_bits(tracks) as usize)]
-    written_bits: usize,
     /// Words with a peak, and where the target is.
     #[set(plan.readings() as usize)]
     peak_words: usize,
     /// Bits of the number of such a word.
     #[set(if has_peaks { peak_words.next_power_of_two().trailing_zeros() as usize } else { 0 })]
     peak_words_bits: usize,
+    #[set(which(plan.word_bits(), |word| {
+        (IDENTITY_WORDS..plan.words()).contains(&word)
+    }))]
+    which_are_settings: Vec<u8>,
     /// ports
     #[is(RegisterPorts::new())]
     pub io: RegisterPorts,
@@ -137,12 +140,14 @@ pub struct RegisterFile {
     pub i_target_lost: Optional<Input<bool>>,
     #[is(RegisterMemory::new(&initial, plan.word_bits(), "identification and settings"))]
     memory: RegisterMemory,
-    #[is(RegisterAddress::new(plan.clone()))]
-    address: RegisterAddress,
-    #[is(ScanState::new(saturates, tracks))]
-    scans: ScanState,
+    #[is(BitTable::new(which_are_settings.clone(), plan.word_bits(), "Words that a host may write"))]
+    settable: BitTable,
     /// a write takes place
     write: Register<bool>,
+    /// it is to a setting
+    to_setting: Register<bool>,
+    /// it is to the control register, or to the flags
+    to_state: Register<bool>,
     /// it is of all bytes
     of_all_bytes: Register<bool>,
     /// a write is answered
@@ -153,6 +158,21 @@ pub struct RegisterFile {
     read: Register<bool>,
     /// it has been
     fetched: Register<bool>,
+    /// the address that is read is a word's in the memory, but for the state's bit
+    by_word: Register<bool>,
+    /// it has the state's bit
+    by_state: Register<bool>,
+    /// it is the first's or the second's of the state, or of the memory
+    by_first_two: Register<bool>,
+    /// it is a peak's
+    #[when(has_peaks)]
+    by_peak: Optional<Register<bool>>,
+    /// what is read is a word in the memory
+    of_word: Register<bool>,
+    /// it is the control register, or the flags
+    of_state: Register<bool>,
+    /// it is any register
+    of_register: Register<bool>,
     /// the word that was read in the memory
     #[width(32)]
     word: Register<Word>,
@@ -163,6 +183,28 @@ pub struct RegisterFile {
     /// the word that was read
     #[width(32)]
     data: Register<Word>,
+    /// scans follow one another
+    #[reset(true)]
+    runs: Register<bool>,
+    /// one scan is asked for
+    single: Register<bool>,
+    changed: Register<bool>,
+    overrun: Register<bool>,
+    #[when(saturates)]
+    saturated: Optional<Register<bool>>,
+    refused: Register<bool>,
+    /// a target was lost
+    #[when(tracks)]
+    target_lost: Optional<Register<bool>>,
+    /// groups of results that were lost
+    #[width(LOST_BITS)]
+    lost: Register<Word>,
+    /// scans that have ended
+    #[width(SCANS_BITS)]
+    scans: Register<Word>,
+    /// what the control and status registers read as
+    #[width(32)]
+    state: Local<Word>,
     /// the word of a peak that is read
     #[when(has_peaks)]
     #[width(32)]
@@ -171,10 +213,18 @@ pub struct RegisterFile {
     #[when(has_peaks)]
     #[width(peak_words_bits)]
     peak_word: Optional<Local<Word>>,
+    /// what is read is in the memory, or of the state
+    of_either: Local<bool>,
     /// a whole word is written
     writes: Local<bool>,
+    was_clamped: Local<bool>,
     /// the bytes of a word have one address; linters know by the name
     unused: Local<bool>,
+}
+
+/// A table of the words for which something holds.
+fn which(word_bits: u32, holds: impl Fn(usize) -> bool) -> Vec<u8> {
+    (0..1 << word_bits).map(|word| u8::from(holds(word))).collect()
 }
 
 fn describe(plan: &RegisterPlan) -> About {
@@ -210,14 +260,49 @@ impl Logic for RegisterFile {
     fn update(&mut self) {
         self.unused.next = self.io.s_axil_awaddr.val().slice(0, 2).any()
             | self.io.s_axil_araddr.val().slice(0, 2).any();
-        self.address.i_write.next = self.io.s_axil_awaddr.val().slice(2, ADDRESS_BITS as usize - 2);
-        self.address.i_read.next = self.io.s_axil_araddr.val().slice(2, ADDRESS_BITS as usize - 2);
+        self.find_registers();
+        self.gather_state();
         if self.has_peaks {
             self.choose_peak();
         }
         self.write_words();
         self.read_words();
-        self.keep_state();
+        self.control();
+        self.tell();
+    }
+
+    /// What the addresses are of: of a write in one clock, of a read, which waits for the memory, in two.
+    fn find_registers(&mut self) {
+        let above_words = ADDRESS_BITS as usize - 2 - self.word_bits;
+        let above_state = PEAK_BIT - 3;
+        self.settable.address.next = self.io.s_axil_awaddr.val().slice(2, self.word_bits);
+        self.to_setting.d.next =
+            !self.io.s_axil_awaddr.val().slice(2 + self.word_bits, above_words).any()
+                & self.settable.data.val();
+        self.to_state.d.next = !self.io.s_axil_awaddr.val().get_bit(STATE_BIT + 1)
+            & self.io.s_axil_awaddr.val().get_bit(STATE_BIT)
+            & !self.io.s_axil_awaddr.val().slice(PEAK_BIT, 2).any()
+            & !self.io.s_axil_awaddr.val().slice(3, above_state).any();
+        let above_words = STATE_BIT - 2 - self.word_bits;
+        self.by_word.d.next = !self.io.s_axil_araddr.val().get_bit(STATE_BIT + 1)
+            & !self.io.s_axil_araddr.val().slice(2 + self.word_bits, above_words).any();
+        self.by_state.d.next = self.io.s_axil_araddr.val().get_bit(STATE_BIT);
+        self.by_first_two.d.next = !self.io.s_axil_araddr.val().slice(3, self.word_bits - 1).any();
+        self.of_word.d.next = self.by_word.q.val() & !self.by_state.q.val();
+        self.of_state.d.next =
+            self.by_word.q.val() & self.by_state.q.val() & self.by_first_two.q.val();
+        self.of_either.next =
+            self.by_word.q.val() & (!self.by_state.q.val() | self.by_first_two.q.val());
+        if self.has_peaks {
+            self.by_peak.d.next = !self.io.s_axil_araddr.val().get_bit(STATE_BIT + 1)
+                & self.io.s_axil_araddr.val().get_bit(STATE_BIT)
+                & !self.io.s_axil_araddr.val().get_bit(STATE_BIT - 1)
+                & self.io.s_axil_araddr.val().get_bit(PEAK_BIT)
+                & (self.io.s_axil_araddr.val().slice(2, PEAK_BIT - 2) < self.peak_words);
+            self.of_register.d.next = self.of_either.val() | self.by_peak.q.val();
+        } else {
+            self.of_register.d.next = self.of_either.val();
+        }
     }
 
     fn write_words(&mut self) {
@@ -231,14 +316,14 @@ impl Logic for RegisterFile {
         self.io.s_axil_wready.next = self.write.q.val();
         if self.write.q.val() {
             self.answers.d.next = true;
-            self.write_error.d.next = !(self.of_all_bytes.q.val()
-                & (self.address.o_to_setting.val() | self.address.o_to_state.val()));
+            self.write_error.d.next =
+                !(self.of_all_bytes.q.val() & (self.to_setting.q.val() | self.to_state.q.val()));
         } else if self.io.s_axil_bready.val() {
             self.answers.d.next = false;
         }
         self.io.s_axil_bvalid.next = self.answers.q.val();
         self.io.s_axil_bresp.next = bit_cast(self.write_error.q.val(), 2) << 1;
-        self.memory.i_write.next = self.writes.val() & self.address.o_to_setting.val();
+        self.memory.i_write.next = self.writes.val() & self.to_setting.q.val();
         self.memory.i_write_address.next = self.io.s_axil_awaddr.val().slice(2, self.word_bits);
         self.memory.i_data.next = self.io.s_axil_wdata.val();
     }
@@ -261,13 +346,13 @@ impl Logic for RegisterFile {
         self.fetched.d.next = self.read.q.val() & !self.i_takes.val();
         if self.fetched.q.val() {
             self.valid.d.next = true;
-            self.read_error.d.next = !self.address.o_of_register.val();
-            if self.address.o_of_word.val() {
+            self.read_error.d.next = !self.of_register.q.val();
+            if self.of_word.q.val() {
                 self.data.d.next = self.word.q.val();
-            } else if self.address.o_of_state.val() {
-                self.data.d.next = self.scans.o_state.val();
+            } else if self.of_state.q.val() {
+                self.data.d.next = self.state.val();
             } else if self.has_peaks {
-                self.data.d.next = self.peak.val() & signed_cast(self.address.o_of_register.val());
+                self.data.d.next = self.peak.val() & signed_cast(self.of_register.q.val());
             } else {
                 self.data.d.next = bit_cast(false, 32);
             }
@@ -278,6 +363,96 @@ impl Logic for RegisterFile {
         self.io.s_axil_rvalid.next = self.valid.q.val();
         self.io.s_axil_rdata.next = self.data.q.val();
         self.io.s_axil_rresp.next = bit_cast(self.read_error.q.val(), 2) << 1;
+    }
+
+    /// Of two things at once the host's write counts, and of an event and the write that clears its flag the event.
+    fn control(&mut self) {
+        if self.i_refused.val() {
+            self.runs.d.next = false;
+            self.single.d.next = false;
+        }
+        if self.i_taken_first.val() {
+            self.single.d.next = false;
+            self.changed.d.next = false;
+        }
+        if self.writes.val() & self.to_setting.q.val() {
+            self.changed.d.next = true;
+        }
+        if self.writes.val() & self.to_state.q.val() & !self.io.s_axil_awaddr.val().get_bit(2) {
+            self.runs.d.next = self.io.s_axil_wdata.val().get_bit(state::RUN as usize);
+            self.single.d.next = self.io.s_axil_wdata.val().get_bit(state::SINGLE as usize);
+            if self.io.s_axil_wdata.val().get_bit(state::SINGLE as usize) {
+                self.changed.d.next = true;
+            }
+        }
+        self.o_go.next = self.runs.q.val() | self.single.q.val();
+        self.o_changed.next = self.changed.q.val();
+    }
+
+    fn tell(&mut self) {
+        if self.writes.val() & self.to_state.q.val() & self.io.s_axil_awaddr.val().get_bit(2) {
+            if self.io.s_axil_wdata.val().get_bit(state::OVERRUN as usize) {
+                self.overrun.d.next = false;
+            }
+            if self.io.s_axil_wdata.val().get_bit(state::REFUSED as usize) {
+                self.refused.d.next = false;
+            }
+            if self.saturates && self.io.s_axil_wdata.val().get_bit(state::SATURATED as usize) {
+                self.saturated.d.next = false;
+            }
+            if self.tracks && self.io.s_axil_wdata.val().get_bit(state::LOCK_LOST as usize) {
+                self.target_lost.d.next = false;
+            }
+        }
+        if self.i_refused.val() {
+            self.refused.d.next = true;
+        }
+        if self.i_lost.val() {
+            self.overrun.d.next = true;
+            self.lost.d.next = self.lost.q.val() + 1;
+        }
+        if self.saturates && self.i_clamps.val() {
+            self.saturated.d.next = true;
+        }
+        if self.tracks && self.i_target_lost.val() {
+            self.target_lost.d.next = true;
+        }
+        if self.i_scan_counted.val() {
+            self.scans.d.next = self.scans.q.val() + 1;
+        }
+    }
+
+    fn gather_state(&mut self) {
+        if self.saturates {
+            self.was_clamped.next = self.saturated.q.val();
+        } else {
+            self.was_clamped.next = false;
+        }
+        self.state.next = gather(32, |place| {
+            if place == state::RUN as usize {
+                self.runs.q.val()
+            } else if place == state::SINGLE as usize {
+                self.single.q.val()
+            } else if place == state::BUSY as usize {
+                self.i_busy.val()
+            } else if place == state::OVERRUN as usize {
+                self.overrun.q.val()
+            } else if place == state::SATURATED as usize {
+                self.was_clamped.val()
+            } else if place == state::REFUSED as usize {
+                self.refused.q.val()
+            } else if self.tracks && place == state::LOCKED as usize {
+                self.i_locked.val()
+            } else if self.tracks && place == state::LOCK_LOST as usize {
+                self.target_lost.q.val()
+            } else if place < state::LOST as usize {
+                false
+            } else if place < state::SCANS as usize {
+                self.lost.q.val().get_bit(place - state::LOST as usize)
+            } else {
+                self.scans.q.val().get_bit(place - state::SCANS as usize)
+            }
+        });
     }
 
     /// Step and count of each detector, one after another.
@@ -309,22 +484,5 @@ impl Logic for RegisterFile {
                     ) & signed_cast(self.peak_word.val() == word));
             }
         }
-    }
-
-    /// What is written to the state, and what scans tell it.
-    fn keep_state(&mut self) {
-        self.scans.i_set.next = self.writes.val() & self.address.o_to_setting.val();
-        self.scans.i_control.next = self.writes.val()
-            & self.address.o_to_state.val()
-            & !self.io.s_axil_awaddr.val().get_bit(2);
-        self.scans.i_clear.next = self.writes.val()
-            & self.address.o_to_state.val()
-            & self.io.s_axil_awaddr.val().get_bit(2);
-        self.scans.i_data.next = self.io.s_axil_wdata.val().slice(0, self.written_bits);
-        connect! {
-            self.scans from self: i_taken_first, i_refused, i_busy, i_scan_counted, i_lost, i_clamps,
-                i_locked, i_target_lost
-        }
-        connect! { self from self.scans: o_go, o_changed }
     }
 }

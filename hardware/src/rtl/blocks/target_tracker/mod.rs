@@ -11,28 +11,32 @@
 //!
 //! A window is a scan of two chips whose first step and number of steps stand in place of the host's while these
 //! pass by. A scan that finds a target, and each window, is weighed before the next one begins: some 40 clocks. No two
-//! carry chains follow one another within a clock, and none stands behind a choice of many. So there is one adder for the
-//! slope, one for its quotient ([`WindowOffset`]), one for the light ([`WindowLight`]) and one for the position
-//! ([`WindowPosition`]); [`WindowSettings`] puts a window's own settings in the host's place. The plan has the clocks, the reference model the rule.
+//! carry chains follow one another within a clock, and none stands behind a choice of many. So the way to the peak, the
+//! position and the next window's first step are made one after another by one adder, whose addend, sum and total are
+//! registers each. The plan has the clocks, the reference model the rule.
 
-mod window_light;
-mod window_offset;
-mod window_position;
-mod window_settings;
-
-use self::window_light::WindowLight;
-use self::window_offset::WindowOffset;
-use self::window_position::{MOVES, WindowPosition};
-use self::window_settings::WindowSettings;
 use crate::rtl::front::prelude::*;
-use crate::sensor::track::{SHARE_BITS, TrackPlan};
+use crate::sensor::registers::SCAN_WORDS;
+use crate::sensor::track::{
+    FRACTION_BITS, HIDDEN_BITS, LIGHT_HALVINGS, PATIENCE_BITS, SHARE_BITS, TrackPlan,
+};
+
+/// Bits of a position's fraction.
+const POSITION_BITS: usize = (FRACTION_BITS + HIDDEN_BITS) as usize;
+/// The bit of a setting's word that turns it on, and the first of each number in it.
+const GAIN: usize = 1;
+const THRESHOLD: usize = GAIN + SHARE_BITS as usize;
+const PATIENCE: usize = THRESHOLD + SHARE_BITS as usize;
 
 #[block(target_tracker)]
 /// follows a target with a window of phase steps
 ///
-/// A scan's peak is where a target is looked for, and each window about it says how far it has moved since. The next window's
-/// first step and number of steps take the place of the host's on their way to the sequencer. Windows without the target's
-/// light end in a scan.
+/// A scan's peak is where a target is looked for. Of each window about it the later half's counts less the earlier half's,
+/// over the sum of all, say how far the peak is from the middle, and the position moves by a share of that. The next
+/// window's first step and number of steps take the place of the host's settings on their way to the sequencer.
+///
+/// A window with less than a share of the expected sum does not have the target's light; after some of them in a row a scan
+/// looks for it again.
 ///
 /// - Window: {plan.window_steps()} phase steps
 /// - Latency: {plan.decision_clocks() + 1} clocks from a window's last i_counted to o_go
@@ -46,14 +50,27 @@ pub struct TargetTracker {
     scan_word_bits: usize,
     /// Bits of a peak's step, from the scan's first on.
     peak_step_bits: usize,
+    #[set(plan.sum_bits() as usize)]
+    sum_bits: usize,
     #[set(plan.step_bits as usize)]
     step_bits: usize,
+    #[set(plan.sample_bits as usize)]
+    sample_bits: usize,
     #[set(plan.offset_bits() as usize)]
     offset_bits: usize,
+    /// Bits of a step that may be beyond the code period's ends.
+    #[set(step_bits + 3)]
+    moved_bits: usize,
+    /// The same with a fraction.
+    #[set(moved_bits + POSITION_BITS)]
+    total_bits: usize,
+    /// Stages of a decision.
+    #[set(plan.decision_clocks() as usize)]
+    stages: usize,
     /// The stage that has the quotient, and the one that has the way.
     #[set(offset_bits + 4)]
     divided: usize,
-    #[set(plan.decision_clocks() as usize - MOVES)]
+    #[set(divided + (1 << SHARE_BITS) + 4)]
     halved: usize,
     /// scans are wanted
     #[under("Registers")]
@@ -97,10 +114,37 @@ pub struct TargetTracker {
     pub o_locked: Output<bool>,
     /// it has just been lost
     pub o_lost: Output<bool>,
+    /// phase steps of a window
+    #[width(scan_word_bits)]
+    #[value(u128::from(plan.window_steps()))]
+    #[number]
+    window_steps: Constant,
+    /// phase steps of the code period
+    #[width(moved_bits)]
+    #[value(u128::from(plan.period_steps))]
+    #[number]
+    period: Constant,
+    /// the same, negative
+    #[width(moved_bits)]
+    #[value((1 << moved_bits) - u128::from(plan.period_steps))]
+    #[number]
+    less_period: Constant,
+    /// phase steps of half a window
+    #[width(moved_bits)]
+    #[value(u128::from(plan.half_steps()))]
+    #[number]
+    half_window: Constant,
+    /// half a phase step
+    #[width(total_bits)]
+    #[value(1 << (POSITION_BITS - 1))]
+    #[number]
+    half_step: Constant,
     /// there is a target for the next scan to follow
     follows: Register<bool>,
     /// the present scan is a window
     window: Register<bool>,
+    /// a target is followed, as the present scan's settings say
+    on: Register<bool>,
     /// what follows of the present scan is still to come
     waits: Register<bool>,
     /// the scan that is to find a target has begun: peaks are its own
@@ -109,28 +153,150 @@ pub struct TargetTracker {
     finds: Local<bool>,
     /// it had a clock ago
     found: Register<bool>,
-    /// a window's last count is there
-    window_ends: Local<bool>,
-    /// the target is still there
-    goes_on: Local<bool>,
-    /// stages of a decision, up to the share of the way, one bit for each
-    #[width(halved)]
+    /// a setting passes by, one bit for each
+    #[width(settings)]
+    passes: Register<Word>,
+    /// the number of steps passes by, and is a window's
+    passes_steps: Register<bool>,
+    /// the first step does
+    passes_first: Register<bool>,
+    #[width(SHARE_BITS)]
+    gain: Register<Word>,
+    #[width(SHARE_BITS)]
+    threshold: Register<Word>,
+    #[width(PATIENCE_BITS)]
+    patience: Register<Word>,
+    /// first phase step of a scan
+    #[width(step_bits)]
+    first: Register<Word>,
+    /// counts of the window so far
+    #[width(sample_bits + 1)]
+    place: Register<Word>,
+    /// sum of the window's counts
+    #[width(sum_bits)]
+    all: Register<Word>,
+    /// its later half less its earlier one
+    #[width(sum_bits)]
+    slope: Register<Word>,
+    /// the sum that is expected
+    #[width(sum_bits)]
+    light: Register<Word>,
+    /// stages of a decision, one bit for each
+    #[width(stages)]
     stage: Register<Word>,
     /// halvings still to come
     #[width(SHARE_BITS)]
     halvings: Register<Word>,
     /// a share is halved
     halves: Register<bool>,
+    /// the least sum with the target's light
+    #[width(sum_bits)]
+    least: Register<Word>,
+    /// the sum less the least
+    #[width(sum_bits + 1)]
+    spare: Local<Word>,
+    /// the sum is less than the least
+    is_dim: Register<bool>,
+    /// the sum is not zero
+    is_any: Register<bool>,
+    /// a sixteenth of what the sum has more than was expected
+    #[width(sum_bits + 1 - LIGHT_HALVINGS as usize)]
+    gained: Register<Word>,
+    /// the window has its target's light
+    lit: Register<bool>,
+    /// the count is one of the earlier half
+    early: Local<bool>,
+    /// a count that is added to the slope, or, all its bits turned, taken from it
+    #[width(sum_bits)]
+    turned: Local<Word>,
+    /// the slope with it; bit 0 carries
+    #[width(sum_bits + 1)]
+    leaned: Local<Word>,
+    /// the slope is negative
+    negative: Register<bool>,
+    /// what is left of the slope's size
+    #[width(sum_bits + 2)]
+    rest: Register<Word>,
+    /// the rest is not negative
+    minus: Local<bool>,
+    /// the slope comes in the rest's place
+    begins: Register<bool>,
+    /// what is added to twice the rest, or comes in its place
+    #[width(sum_bits + 2)]
+    taken: Local<Word>,
+    /// all its bits are turned
+    turns_taken: Local<bool>,
+    /// the rest with it; bit 0 carries
+    #[width(sum_bits + 3)]
+    left: Local<Word>,
+    /// whether the slope is as large as the sum, and the bits of its share
+    #[width(offset_bits + 1)]
+    quotient: Register<Word>,
+    /// the quotient, or the most
+    #[width(offset_bits)]
+    size: Local<Word>,
+    /// way to the peak, then position, then the next window's first step; with a fraction
+    #[width(total_bits)]
+    total: Register<Word>,
+    /// what is added to it next
+    #[width(total_bits)]
+    addend: Register<Word>,
+    /// and one more
+    carry: Register<bool>,
+    /// the window's middle, from the position's step on
+    #[width(total_bits)]
+    middle: Local<Word>,
+    /// from the window's middle to the peak, all bits turned if that is negative
+    #[width(total_bits)]
+    offset: Local<Word>,
+    /// the position
+    #[width(total_bits)]
+    at: Local<Word>,
+    /// from the position's step to the next window's first
+    #[width(moved_bits)]
+    back: Local<Word>,
+    /// the code period, such that the total comes nearer to it
+    #[width(moved_bits)]
+    turn: Local<Word>,
+    /// total and addend; bit 0 carries
+    #[width(total_bits + 1)]
+    grown: Local<Word>,
+    /// total and addend
+    #[width(total_bits)]
+    sum: Register<Word>,
+    /// the sum becomes the total
+    takes: Register<bool>,
+    /// unless it is negative
+    tries: Register<bool>,
+    /// something else does
+    loads: Register<bool>,
+    /// the code period is added to a negative total, or taken from another
+    turns: Register<bool>,
+    /// fraction of the position's step
+    #[width(POSITION_BITS)]
+    fraction: Register<Word>,
+    /// what the windows' middles owe to the positions, of one step, and half a step
+    #[width(POSITION_BITS + 1)]
+    owed: Register<Word>,
+    /// steps from the position's to the first of the window's later half
+    #[width(2)]
+    ahead: Register<Word>,
+    /// half a step behind the position, from its step on, with what is owed: where the window's later half begins
+    #[width(POSITION_BITS + 2)]
+    placed: Local<Word>,
+    /// phase step of the position
+    #[width(step_bits)]
+    step: Register<Word>,
+    /// windows without light, one after another
+    #[width(PATIENCE_BITS)]
+    missed: Register<Word>,
     /// that was the last of them
     gives_up: Register<bool>,
-    #[is(WindowSettings::new(plan, settings, word_bits, scan_word_bits))]
-    set: WindowSettings,
-    #[is(WindowOffset::new(plan))]
-    offset: WindowOffset,
-    #[is(WindowLight::new(plan))]
-    light: WindowLight,
-    #[is(WindowPosition::new(plan, peak_step_bits, scan_word_bits))]
-    target: WindowPosition,
+    /// bits that nobody reads: below a sixteenth, and those that carry; linters know by the name
+    unused: Local<bool>,
+    /// the position as it is told
+    #[width(plan.position_bits())]
+    position: Register<Word>,
     locked: Register<bool>,
     lost: Register<bool>,
 }
@@ -139,24 +305,44 @@ pub struct TargetTracker {
 impl Logic for TargetTracker {
     fn update(&mut self) {
         self.pass_settings();
+        self.sum_counts();
         self.run_stages();
         self.halve();
-        self.weigh();
-        self.place();
+        self.weigh_light();
+        self.divide();
+        self.add_up();
+        self.place_window();
         self.decide();
         self.tell();
     }
 
     /// Settings on their way from the registers to the sequencer.
     fn pass_settings(&mut self) {
+        let own = self.settings - 1;
+        self.passes.next = self.passes.val().shifted_in(self.i_taken_first.val());
         if self.i_taken_first.val() {
             self.window.next = self.follows.val();
         }
-        connect! { self.set from self: i_taken_first, i_word }
-        self.set.i_window.next = self.window.val();
-        connect! { self.set from self.target: i_first }
-        connect! { self from self.set: o_word }
-        if self.set.o_last.val() {
+        self.passes_steps.next = self.window.val() & self.passes.val().get_bit(0);
+        self.passes_first.next = self.window.val() & self.passes.val().get_bit(1);
+        if self.passes_steps.val() {
+            self.o_word.next = self.window_steps.val();
+        } else if self.passes_first.val() {
+            self.o_word.next = bit_cast(
+                self.total.val().slice(POSITION_BITS, self.moved_bits),
+                self.scan_word_bits,
+            );
+        } else {
+            self.o_word.next = bit_cast(self.i_word.val(), self.scan_word_bits);
+        }
+        if self.passes.val().get_bit(SCAN_WORDS - 1) {
+            self.first.next = bit_cast(self.i_word.val(), self.step_bits);
+        }
+        if self.passes.val().get_bit(own) {
+            self.on.next = self.i_word.val().get_bit(0);
+            self.gain.next = self.i_word.val().slice(GAIN, SHARE_BITS as usize);
+            self.threshold.next = self.i_word.val().slice(THRESHOLD, SHARE_BITS as usize);
+            self.patience.next = self.i_word.val().slice(PATIENCE, PATIENCE_BITS as usize);
             self.waits.next = self.i_word.val().get_bit(0) | self.window.val();
         }
         if self.i_refused.val() {
@@ -165,14 +351,36 @@ impl Logic for TargetTracker {
         self.o_go.next = self.i_go.val() & !self.waits.val();
     }
 
-    /// Which scan finds a target, and since when a window has ended.
+    /// The slope has one adder, too: what is taken from it is added with all bits turned, and one more, which bit 0 carries.
+    fn sum_counts(&mut self) {
+        self.early.next = !self.place.val().get_bit(self.sample_bits);
+        self.turned.next = bit_cast(signed_cast(self.i_count.val()), self.sum_bits)
+            ^ signed_cast(self.early.val());
+        self.leaned.next = bit_cast(self.slope.val(), self.sum_bits + 1).shifted_in(true)
+            + bit_cast(self.turned.val(), self.sum_bits + 1).shifted_in(self.early.val());
+        if self.i_counted.val() {
+            self.place.next = self.place.val() + 1;
+            self.all.next = self.all.val() + signed_cast(self.i_count.val());
+            self.slope.next = self.leaned.val().slice(1, self.sum_bits);
+        }
+        if self.i_taken_first.val() {
+            self.place.next = 0.into();
+            self.all.next = 0.into();
+            self.slope.next = 0.into();
+        }
+    }
+
+    /// A window's decision has all stages, a scan's those in which its peak's step comes within the code period.
     fn run_stages(&mut self) {
         self.began.next = self.i_run.val() | (self.began.val() & !self.i_taken_first.val());
         self.finds.next =
             self.i_peak_valid.val() & self.began.val() & self.waits.val() & !self.window.val();
         self.found.next = self.finds.val();
-        self.window_ends.next = self.i_last.val() & self.window.val();
-        self.stage.next = self.stage.val().shifted_in(self.window_ends.val());
+        self.stage.next = self
+            .stage
+            .val()
+            .shifted_in(self.i_last.val() & self.window.val())
+            .replace_bit(self.halved + 1, self.stage.val().get_bit(self.halved) | self.found.val());
     }
 
     /// Shares are taken by halves, that of the light and later that of the way.
@@ -181,66 +389,205 @@ impl Logic for TargetTracker {
         if self.halvings.val().any() {
             self.halvings.next = self.halvings.val() - 1;
         }
+        if self.halves.val() {
+            self.least.next = self.least.val() >> 1;
+        }
         if self.stage.val().get_bit(0) {
-            self.halvings.next = self.set.o_threshold.val();
+            self.halvings.next = self.threshold.val();
+            self.least.next = self.light.val();
         }
         if self.stage.val().get_bit(self.divided + 3) {
-            self.halvings.next = self.set.o_gain.val();
+            self.halvings.next = self.gain.val();
         }
     }
 
-    /// What is done with the sums in which stage.
-    fn weigh(&mut self) {
-        let divided = self.divided;
-        connect! { self.offset from self: i_count, i_counted }
-        self.offset.i_clear.next = self.i_taken_first.val();
-        self.offset.i_ends.next = self.window_ends.val();
-        self.offset.i_turns.next = self.stage.val().get_bit(0);
-        self.light.i_sum.next = self.offset.o_sum.val();
-        self.light.i_begins.next = self.stage.val().get_bit(0);
-        self.light.i_halves.next = self.halves.val();
-        self.light.i_gains.next = self.stage.val().get_bit(1);
-        self.light.i_weighs.next = self.stage.val().get_bit(divided);
-        self.light.i_decides.next = self.stage.val().get_bit(self.halved - 1);
-        self.light.i_found.next = self.found.val();
-        connect! { self.light from self: i_peak_count }
+    /// Whether the sum of the counts is at least a share of what was expected; a sixteenth of what it has more is
+    /// expected from now on.
+    fn weigh_light(&mut self) {
+        self.spare.next = bit_cast(signed_cast(self.all.val()), self.sum_bits + 1)
+            - bit_cast(self.least.val(), self.sum_bits + 1);
+        self.is_dim.next = self.spare.val().get_bit(self.sum_bits);
+        self.is_any.next = self.all.val().any();
+        let (low, high) = (LIGHT_HALVINGS as usize, self.sum_bits + 1 - LIGHT_HALVINGS as usize);
+        // Of the light no share is taken yet.
+        if self.stage.val().get_bit(1) {
+            self.gained.next = self.spare.val().slice(low, high);
+        }
+        if self.stage.val().get_bit(self.divided) {
+            self.lit.next = self.is_any.val() & !self.is_dim.val();
+        }
+        if self.stage.val().get_bit(self.halved - 1) {
+            if self.lit.val() {
+                self.light.next =
+                    self.light.val() + bit_cast(signed_cast(self.gained.val()), self.sum_bits);
+                self.missed.next = 0.into();
+            } else {
+                self.missed.next = self.missed.val() + 1;
+            }
+        }
+        if self.found.val() {
+            self.lit.next = self.i_peak_count.val().any()
+                & !self.i_peak_count.val().get_bit(self.plan.count_bits as usize - 1);
+            self.light.next = bit_cast(self.i_peak_count.val(), self.sum_bits) << self.sample_bits;
+            self.missed.next = 0.into();
+        }
     }
 
-    /// The share of the way to the peak, and what follows from it.
-    fn place(&mut self) {
-        self.goes_on.next = self.set.o_on.val()
-            & !self.gives_up.val()
-            & (self.window.val() | self.light.o_lit.val());
-        self.target.i_size.next = self.offset.o_size.val();
-        self.target.i_negative.next = self.offset.o_negative.val();
-        self.target.i_finds.next = self.finds.val();
-        self.target.i_found.next = self.found.val();
-        connect! { self.target from self.set: i_first }
-        connect! { self.target from self: i_peak_step }
-        self.target.i_way.next = self.stage.val().slice(self.divided - 1, 5);
-        self.target.i_halving.next = self.halvings.val().any();
-        self.target.i_halves.next = self.halves.val();
-        self.target.i_moves.next = self.stage.val().get_bit(self.halved - 1);
-        connect! { self.target from self.light: i_lit }
-        self.target.i_follows.next = self.goes_on.val();
-        connect! { self from self.target: o_position }
+    /// The size of the slope over the sum, a bit in each clock, without restoring: the sum is taken from twice the rest if that
+    /// is not negative, else added. The first bit says that the slope is as large as the sum, or larger. Before that the
+    /// slope is turned to where it is not negative, by the same adder: the sign of what is there first decides.
+    fn divide(&mut self) {
+        let bits = self.sum_bits + 2;
+        self.minus.next = !self.rest.val().get_bit(bits - 1);
+        self.begins.next = (self.i_last.val() & self.window.val()) | self.stage.val().get_bit(0);
+        if self.begins.val() {
+            self.taken.next = bit_cast(signed_cast(self.slope.val()), bits);
+        } else {
+            self.taken.next = bit_cast(self.all.val(), bits) << 1;
+        }
+        self.turns_taken.next = self.minus.val() | self.stage.val().get_bit(0);
+        if self.stage.val().get_bit(0) {
+            self.negative.next = self.slope.val().get_bit(self.sum_bits - 1);
+        }
+        self.left.next = ((bit_cast(self.rest.val(), bits + 1) << 1)
+            & signed_cast(!self.begins.val()))
+        .shifted_in(true)
+            + bit_cast(self.taken.val() ^ signed_cast(self.turns_taken.val()), bits + 1)
+                .shifted_in(self.minus.val() & !self.stage.val().get_bit(0));
+        self.rest.next = self.left.val().slice(1, bits);
+        self.quotient.next = self.quotient.val().shifted_in(self.minus.val());
+        if self.quotient.val().get_bit(self.offset_bits) {
+            self.size.next = bit_cast(signed_cast(true), self.offset_bits);
+        } else {
+            self.size.next = bit_cast(self.quotient.val(), self.offset_bits);
+        }
+    }
+
+    /// An addend in one clock, the sum in the next one, and then the total. It begins with the window's middle, to which the
+    /// offset comes, and from which the position's fraction is taken: the way to the peak. A share of that comes to the
+    /// position, which comes back into the code period, twice, since a scan may have more steps than that. From there it
+    /// goes to the next window's first step.
+    fn add_up(&mut self) {
+        let (bits, divided, halved) = (self.total_bits, self.divided, self.halved);
+        self.turns.next = self.stage.val().get_bit(halved + 2)
+            | self.stage.val().get_bit(halved + 5)
+            | self.stage.val().get_bit(halved + 11);
+        self.tries.next = self.stage.val().get_bit(halved + 4)
+            | self.stage.val().get_bit(halved + 7)
+            | self.stage.val().get_bit(halved + 13);
+        self.takes.next = self.stage.val().get_bit(divided + 1)
+            | self.stage.val().get_bit(divided + 3)
+            | self.stage.val().get_bit(halved + 1)
+            | self.stage.val().get_bit(halved + 4)
+            | self.stage.val().get_bit(halved + 7)
+            | self.stage.val().get_bit(halved + 10)
+            | self.stage.val().get_bit(halved + 13);
+        self.loads.next = self.stage.val().get_bit(divided - 1)
+            | (self.stage.val().get_bit(halved - 1) & !self.lit.val())
+            | self.finds.val()
+            | self.halvings.val().any();
+        self.choose_addend();
+        self.grown.next = bit_cast(self.total.val(), bits + 1).shifted_in(true)
+            + bit_cast(self.addend.val(), bits + 1).shifted_in(self.carry.val());
+        self.sum.next = self.grown.val().slice(1, bits);
+        self.middle.next =
+            (bit_cast(self.ahead.val(), bits) << POSITION_BITS) - self.half_step.val();
+        if self.loads.val()
+            | (self.takes.val() & !(self.tries.val() & self.sum.val().get_bit(bits - 1)))
+        {
+            // At most one of them; without light there is no way.
+            self.total.next = (self.sum.val() & signed_cast(self.takes.val()))
+                | (self.middle.val() & signed_cast(self.stage.val().get_bit(divided)))
+                | ((bit_cast(self.first.val(), bits) << POSITION_BITS)
+                    & signed_cast(self.found.val()))
+                | (bit_cast(signed_cast(self.total.val().slice(1, bits - 1)), bits)
+                    & signed_cast(self.halves.val()));
+        }
+    }
+
+    /// Of several at most one, so that there is no order among them.
+    fn choose_addend(&mut self) {
+        let (bits, divided, halved) = (self.total_bits, self.divided, self.halved);
+        self.offset.next = (bit_cast(self.size.val(), bits) << (HIDDEN_BITS as usize))
+            ^ signed_cast(self.negative.val());
+        self.back.next = bit_cast(self.ahead.val(), self.moved_bits) - self.half_window.val();
+        if self.total.val().get_bit(bits - 1) {
+            self.turn.next = self.period.val();
+        } else {
+            self.turn.next = self.less_period.val();
+        }
+        self.at.next = gather(bits, |bit| {
+            if bit < POSITION_BITS {
+                self.fraction.val().get_bit(bit)
+            } else if bit < POSITION_BITS + self.step_bits {
+                self.step.val().get_bit(bit - POSITION_BITS)
+            } else {
+                false
+            }
+        });
+        self.addend.next = (self.offset.val() & signed_cast(self.stage.val().get_bit(divided)))
+            | (!bit_cast(self.fraction.val(), bits)
+                & signed_cast(self.stage.val().get_bit(divided + 2)))
+            | (self.at.val() & signed_cast(self.stage.val().get_bit(halved)))
+            | ((bit_cast(self.back.val(), bits) << POSITION_BITS)
+                & signed_cast(self.stage.val().get_bit(halved + 9)))
+            | ((bit_cast(self.i_peak_step.val(), bits) << POSITION_BITS)
+                & signed_cast(self.found.val()))
+            | ((bit_cast(self.turn.val(), bits) << POSITION_BITS) & signed_cast(self.turns.val()));
+        self.carry.next = (self.stage.val().get_bit(divided) & self.negative.val())
+            | self.stage.val().get_bit(divided + 2);
+    }
+
+    /// The position, and where the window stands about it.
+    fn place_window(&mut self) {
+        self.placed.next = bit_cast(self.total.val().slice(0, POSITION_BITS), POSITION_BITS + 2)
+            + bit_cast(self.owed.val(), POSITION_BITS + 2);
+        if self.stage.val().get_bit(self.halved + 6) {
+            // Half a step is the fraction's highest bit: it turns, and carries.
+            self.owed.next = gather(POSITION_BITS + 1, |bit| {
+                if bit < POSITION_BITS - 1 {
+                    self.placed.val().get_bit(bit)
+                } else if bit < POSITION_BITS {
+                    !self.placed.val().get_bit(bit)
+                } else {
+                    self.placed.val().get_bit(POSITION_BITS - 1)
+                }
+            });
+            self.ahead.next = self.placed.val().slice(POSITION_BITS, 2);
+        }
+        if self.stage.val().get_bit(self.halved + 9) {
+            self.fraction.next = bit_cast(self.total.val(), POSITION_BITS);
+            self.step.next = self.total.val().slice(POSITION_BITS, self.step_bits);
+        }
+        if self.found.val() {
+            self.owed.next = bit_cast(self.half_step.val(), POSITION_BITS + 1);
+        }
     }
 
     /// Whether there is still a target, and with that the next scan may begin.
     fn decide(&mut self) {
-        if self.target.o_moves.val() {
-            self.gives_up.next =
-                !self.light.o_lit.val() & (self.light.o_missed.val() >= self.set.o_patience.val());
+        if self.stage.val().get_bit(self.halved) {
+            self.gives_up.next = !self.lit.val() & (self.missed.val() >= self.patience.val());
         }
         if self.found.val() {
             self.gives_up.next = false;
         }
         self.lost.next = false;
-        if self.target.o_placed.val() {
+        if self.stage.val().get_bit(self.halved + 15) {
             self.waits.next = false;
-            self.follows.next = self.goes_on.val();
-            self.locked.next = self.set.o_on.val() & self.window.val() & self.light.o_lit.val();
-            self.lost.next = self.set.o_on.val() & self.gives_up.val();
+            self.follows.next =
+                self.on.val() & !self.gives_up.val() & (self.window.val() | self.lit.val());
+            self.locked.next = self.on.val() & self.window.val() & self.lit.val();
+            self.lost.next = self.on.val() & self.gives_up.val();
+            if self.on.val() & !self.gives_up.val() & (self.window.val() | self.lit.val()) {
+                self.position.next = gather(self.plan.position_bits() as usize, |bit| {
+                    if bit < FRACTION_BITS as usize {
+                        self.fraction.val().get_bit(bit + HIDDEN_BITS as usize)
+                    } else {
+                        self.step.val().get_bit(bit - FRACTION_BITS as usize)
+                    }
+                });
+            }
         }
         if !self.i_go.val() {
             self.follows.next = false;
@@ -249,8 +596,13 @@ impl Logic for TargetTracker {
     }
 
     fn tell(&mut self) {
+        self.o_position.next = self.position.val();
         self.o_locked.next = self.locked.val();
         self.o_lost.next = self.lost.val();
+        self.unused.next = self.spare.val().slice(0, LIGHT_HALVINGS as usize).any()
+            | self.leaned.val().get_bit(0)
+            | self.left.val().get_bit(0)
+            | self.grown.val().get_bit(0);
     }
 }
 
