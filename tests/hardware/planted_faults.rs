@@ -470,30 +470,42 @@ pub const ONE_MEMORY: &[Fault] = &[
 /// Faults in how the cells of scenes/macropixel.toml are combined.
 pub const MACROPIXEL: &[Fault] = &[
     // One pulse is enough, or three or all four are needed; all four are not enough.
-    ("cell_combiner.v", "= word_7 | word_8", "= word_0 | word_1 | word_2 | word_3"),
-    ("cell_combiner.v", "= word_7 | word_8", "= word_8 | (word_7 & (word_3 ^ word_4))"),
-    ("cell_combiner.v", "= word_7 | word_8", "= word_8"),
-    ("cell_combiner.v", "= word_7 | word_8", "= word_7"),
+    (
+        "cell_combiner.v",
+        "= sum_1 | carry_2",
+        "= i_samples[3:0] | i_samples[7:4] | i_samples[11:8] | i_samples[15:12]",
+    ),
+    ("cell_combiner.v", "= sum_1 | carry_2", "= carry_2 | (sum_1 & (i_samples[15:12] ^ sum_0))"),
+    ("cell_combiner.v", "= sum_1 | carry_2", "= carry_2"),
+    ("cell_combiner.v", "= sum_1 | carry_2", "= sum_1"),
     // A gate of another kind, a carry that is lost.
-    ("cell_combiner.v", "= word_5 ^ word_6", "= word_5 & word_6"),
-    ("cell_combiner.v", "word_0 ^ word_1 ^ word_2", "word_0 ^ word_1"),
-    ("cell_combiner.v", "(word_0 & word_1) | (word_2", "(word_2"),
-    ("cell_combiner.v", "= word_3 & word_4", "= word_3 & word_0"),
+    (
+        "cell_combiner.v",
+        "sum_1 = addends_2[3:0] ^ addends_2[7:4]",
+        "sum_1 = addends_2[3:0] & addends_2[7:4]",
+    ),
+    (
+        "cell_combiner.v",
+        "i_samples[3:0] ^ i_samples[7:4] ^ i_samples[11:8]",
+        "i_samples[3:0] ^ i_samples[7:4]",
+    ),
+    ("cell_combiner.v", "(i_samples[3:0] & i_samples[7:4])", "4'd0"),
+    ("cell_combiner.v", "{sum_0, i_samples[15:12]}", "{i_samples[3:0], i_samples[15:12]}"),
     // A cell that is not connected, one in the place of another, one that always has a pulse.
-    ("cell_combiner.v", "= i_samples[15:12]", "= 4'd0"),
-    ("cell_combiner.v", "= i_samples[7:4]", "= i_samples[3:0]"),
-    ("cell_combiner.v", "= i_samples[3:0]", "= 4'd15"),
+    ("cell_combiner.v", "{sum_0, i_samples[15:12]}", "{sum_0, 4'd0}"),
+    ("cell_combiner.v", "{sum_0, i_samples[15:12]}", "{sum_0, i_samples[3:0]}"),
+    ("cell_combiner.v", "{sum_0, i_samples[15:12]}", "{sum_0, 4'd15}"),
     // Samples in another order: of one cell, a clock apart in another, cells and samples mixed up.
     (
         "cell_combiner.v",
-        "= i_samples[11:8]",
-        "= {i_samples[8], i_samples[9], i_samples[10], i_samples[11]}",
+        "i_samples[15:12]}",
+        "i_samples[12], i_samples[13], i_samples[14], i_samples[15]}",
     ),
-    ("cell_combiner.v", "= i_samples[11:8]", "= {i_samples[10:8], i_samples[11]}"),
+    ("cell_combiner.v", "i_samples[15:12]}", "i_samples[14:12], i_samples[15]}"),
     (
         "cell_combiner.v",
-        "= i_samples[3:0]",
-        "= {i_samples[12], i_samples[8], i_samples[4], i_samples[0]}",
+        "i_samples[15:12]}",
+        "i_samples[12], i_samples[8], i_samples[4], i_samples[0]}",
     ),
 ];
 

@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::count_law::CountLaw;
 use super::effort::{TheoryEffort, Work};
+use super::fit::slipping::SlippingLight;
 use super::fit::start::PeakShape;
 use super::phase::{first_maximum, fundamental, is_one_window};
 use crate::photons::{DeadTime, DetectorModel, StepCount};
@@ -45,9 +46,13 @@ pub struct Darkness<'s> {
 
 impl<'s> Darkness<'s> {
     /// As bright as the scene is.
-    pub fn of_scene(sensor: &'s Sensor, detector: DetectorIndex) -> Darkness<'s> {
+    pub fn of_scene(
+        sensor: &'s Sensor,
+        detector: DetectorIndex,
+        tier: CountingTier,
+    ) -> Darkness<'s> {
         let spad = &sensor.scene().detectors[detector];
-        let of_scene = laws_without_own_light(sensor, detector).unwrap_or_default();
+        let of_scene = laws_without_own_light(sensor, detector, tier).unwrap_or_default();
         let hits_of_scene = mean(of_scene.iter().map(|law| law.total));
         let laws = of_scene.into();
         let mut dark = Darkness {
@@ -272,6 +277,7 @@ fn without_own_light(sensor: &Sensor, detector: DetectorIndex) -> Sensor {
 fn laws_without_own_light(
     sensor: &Sensor,
     detector: DetectorIndex,
+    tier: CountingTier,
 ) -> Result<Vec<CountLaw>, MeanResponseError> {
     let mut dark = without_own_light(sensor, detector).with(|scene| scene.hardware.parallel = 1);
     if DetectorModel::new(&dark, detector).modulated_paths().next().is_none() {
@@ -279,10 +285,12 @@ fn laws_without_own_light(
     }
     TheoryEffort::of(&dark, detector)?.check(Work::Predictions(0))?;
     let model = DetectorModel::new(&dark, detector);
-    let response = MeanResponse::of_tier(&model, CountingTier::Sampled)?;
+    let response = MeanResponse::of_tier(&model, tier)?;
     let first = SecondMoments::new(&response)?.of_steps(&[Step::at(0)])[0];
+    // Codes of other clocks are anywhere beside the reference.
+    let slipping = SlippingLight::new(&model, tier)?.variance();
     // Hits up and hits down are as good as Poisson numbers, whatever the mean of their difference.
-    let fano = first.signed_variance / first.total_mean;
+    let fano = (first.signed_variance + slipping) / first.total_mean;
     let spad = &sensor.scene().detectors[detector];
     let of_step = |mean: &MeanCount| CountLaw::of(spad, mean, fano * mean.total);
     let laws = response.mean_counts().iter().map(of_step).collect();
@@ -350,7 +358,7 @@ mod tests {
             let below = (-skellam(up, down, largest)).ln_1p();
             let exact = -(248.0 * below).exp_m1();
             let counts = scan(248, largest as i64, total);
-            let dark = Darkness::of_scene(&sensor, DetectorIndex(0)).as_bright_as(&counts);
+            let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled).as_bright_as(&counts);
             let found = dark.chance(&counts).expect("there are hits");
             assert!((found / exact - 1.0).abs() < 0.05, "{total}, {largest}: {found} {exact}");
         }
@@ -418,7 +426,7 @@ mod tests {
             let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps", &parallel_steps, code]);
             let ratio = |_| {
                 let counts = counts_of_noise(&sensor, 900.0, parallel, false, &mut random);
-                let dark = Darkness::of_scene(&sensor, DetectorIndex(0)).as_bright_as(&counts);
+                let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled).as_bright_as(&counts);
                 assert!((dark.hits_of_scene / 90.0 - 1.0).abs() < 0.01, "{}", dark.hits_of_scene);
                 dark.hits / 900.0
             };
@@ -442,7 +450,7 @@ mod tests {
             let settings = ["hardware.total_counts=true", &format!("hardware.parallel={parallel}")];
             let sensors = [EstimatorKind::Model, EstimatorKind::Fft]
                 .map(|estimator| ideal(&settings).estimated_by(estimator));
-            let dark = sensors.each_ref().map(|of| Darkness::of_scene(of, DetectorIndex(0)));
+            let dark = sensors.each_ref().map(|of| Darkness::of_scene(of, DetectorIndex(0), CountingTier::Sampled));
             let (scans, limits) = (1000, [0.5, 0.2, 0.05]);
             let (mut of_noise, mut of_light) = ([0; 3], [0; 2]);
             for _ in 0..scans {
@@ -482,7 +490,7 @@ mod tests {
             let mut below = [0; 4];
             for _ in 0..2000 {
                 let counts = counts_of_noise(&sensor, 50.0, parallel, true, &mut random);
-                let dark = Darkness::of_scene(&sensor, DetectorIndex(0)).as_bright_as(&counts);
+                let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled).as_bright_as(&counts);
                 let chance = dark.chance(&counts).expect("there are hits");
                 let limits = [0.5, 0.2, 0.05, 0.02];
                 below.iter_mut().zip(limits).for_each(|(n, limit)| *n += u32::from(chance < limit));
@@ -519,7 +527,7 @@ mod tests {
                     StepCount { signed, total: 0 }
                 };
                 let counts: Vec<StepCount> = (0..31 * samples).map(count).collect();
-                let dark = Darkness::of_scene(&sensor, DetectorIndex(0)).as_bright_as(&counts);
+                let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled).as_bright_as(&counts);
                 let chance = dark.chance(&counts).expect("there are hits");
                 assert!(chance < NO_PEAK, "{index}, {samples}, {times}, {late}: {chance}");
             }
@@ -531,7 +539,7 @@ mod tests {
     fn a_peak_is_no_scatter() {
         let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps"]);
         let counts = scan(248, 100, 0);
-        let dark = Darkness::of_scene(&sensor, DetectorIndex(0)).as_bright_as(&counts);
+        let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled).as_bright_as(&counts);
         assert!(dark.chance(&counts).expect("there are hits") < 1e-9);
     }
 }

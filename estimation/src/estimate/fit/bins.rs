@@ -332,6 +332,8 @@ impl<'s> BinFitter<'s> {
         if let Ok(light) = self.dead_time.correct_means(&per_period, self.periods) {
             coverage::ready_for_fit(&light.ready, self.periods).check()?;
         }
+        // A signed count's variance is the number of detections.
+        coverage::check_slipping(&self.model, CountingTier::Sampled, means.iter().sum())?;
         let photons = photons_that_tell(&slopes.columns[0], &here.given.expected);
         coverage::enough_photons(photons).check()?;
         let scatter = Scatter::Poisson(&here.given.expected);

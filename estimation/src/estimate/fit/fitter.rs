@@ -115,7 +115,7 @@ impl<'s> Fitter<'s> {
         if let Some(moment_ps) = moment_ps {
             moving::take_movement(sensor, &response, tier, moment_ps, &mut means)?;
         }
-        if self.fits_one_path() && self.weighed_slipping()?.is_some() {
+        if self.fits_one_path() && self.slipping()?.is_some() {
             let (problem, settled) = self.one_path(&means)?;
             // A fit's own covariance is of one slope of the counts, which scatter that goes together makes tell less of the
             // delay on one side than on the other.
@@ -178,24 +178,18 @@ impl Fitter<'_> {
         Ok(self.moments.slipping(&Problem::of_scan(&self.model, self.tier))?)
     }
 
-    /// The same where weights have its scatter, which those of steps that share their light do not.
-    fn weighed_slipping(&self) -> Result<Option<&SlippingLight>, FitError> {
-        Ok(self.slipping()?.filter(|_| self.sensor.timing().parallel == 1))
-    }
-
     /// The step at which all counts look most like the path's.
     fn best_match(&self, signed: &[f64], counts: &[MeanCount]) -> Result<usize, FitError> {
         let timing = self.sensor.timing();
         let code = self.sensor.reference(self.detector);
-        let Some(slipping) = self.weighed_slipping()? else {
+        let Some(slipping) = self.slipping()? else {
             let shape = self.shape.get_or_init(|| PeakShape::of(self.sensor, code, None));
             return Ok(shape.best_match(signed).0);
         };
         // Of constant light a count's variance is the number of detections.
         let detections = counts.iter().map(|count| count.total).sum::<f64>() / counts.len() as f64;
-        let beside = |apart: usize| {
-            slipping.covariance(timing, Step(0), Step::at(apart)) / detections.max(1.0)
-        };
+        let beside =
+            |apart: usize| slipping.covariance_apart(timing, apart) / detections.max(1.0);
         Ok(PeakShape::of(self.sensor, code, Some(&beside)).best_match(signed).0)
     }
 
@@ -276,7 +270,7 @@ impl Fitter<'_> {
             |start: FitParameters| OnePathFit::new(problem, axis, &self.moments, start, counts);
         let first = settle(start)?;
         let settled = &first.end.parameters;
-        let goes_together = problem.shares_light() || self.weighed_slipping()?.is_some();
+        let goes_together = problem.shares_light() || self.slipping()?.is_some();
         if !goes_together || settled.walk.is_some() {
             return Ok(first);
         }

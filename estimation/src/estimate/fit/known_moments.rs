@@ -145,10 +145,8 @@ impl KnownMoments {
         means: &[MeanCount],
         axis: &DelayAxis,
     ) -> Result<Weights, MeanResponseError> {
-        let (slipping, spacing) = match problem.shares_light() {
-            true => (None, &OF_SHARED_STEPS),
-            false => (self.slipping(problem)?, &OF_STEPS),
-        };
+        let slipping = self.slipping(problem)?;
+        let spacing = if problem.shares_light() { &OF_SHARED_STEPS } else { &OF_STEPS };
         problem.weights(axis, parameters, means, slipping, |few| {
             nearest_known(&self.moments, few, parameters, spacing, |_, response| {
                 Ok(ProblemMoments::of(few, &SecondMoments::new(response)?))

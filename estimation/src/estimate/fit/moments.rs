@@ -239,6 +239,10 @@ impl Problem<'_> {
         let groups = self.groups();
         let few = Few::of(self, axis, parameters, &groups);
         let known = moments(&Problem { steps: few.steps.clone(), ..self.clone() })?;
+        let timing = &self.model.timing;
+        let beside = slipping.map(|slipping| {
+            |a: usize, b: usize| slipping.covariance(timing, self.steps[a], self.steps[b])
+        });
         let known = match &*known {
             ProblemMoments::Alone(known) => few.classes(known, StepMomentsPerDetection::mean),
             ProblemMoments::Shared(known) => {
@@ -247,7 +251,11 @@ impl Problem<'_> {
                     let moments = expecting(&known[class], &places, means);
                     (places, moments)
                 });
-                return Ok(Weights::of_groups(&all.collect::<Vec<_>>()));
+                let all: Vec<_> = all.collect();
+                return Ok(match beside {
+                    None => Weights::of_groups(&all),
+                    Some(beside) => Weights::of_groups_together(all, beside, self.is_long()),
+                });
             }
         };
         let all = few.class_of.iter().zip(means).map(|(&class, mean)| known[class].expecting(mean));
@@ -259,9 +267,6 @@ impl Problem<'_> {
             all.iter_mut().for_each(|step| step.signed_variance += slipping.variance());
             return Ok(Weights::of(&all));
         }
-        let timing = &self.model.timing;
-        Ok(Weights::of_steps_together(&all, |a, b| {
-            slipping.covariance(timing, self.steps[a], self.steps[b])
-        }))
+        Ok(Weights::of_steps_together(&all, |a, b| slipping.covariance(timing, self.steps[a], self.steps[b])))
     }
 }

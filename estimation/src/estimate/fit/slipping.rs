@@ -59,9 +59,19 @@ impl SlippingLight {
     /// Covariance of the signed counts of two steps, in counts^2.
     pub fn covariance(&self, timing: &Timing, a: Step, b: Step) -> f64 {
         let group = |step: Step| timing.grouping().group_of(step).0 as f64;
-        // The reference is a phase step later in each step.
-        let steps = b.0 as f64 - a.0 as f64;
-        let groups = group(b) - group(a);
+        self.at(b.0 as f64 - a.0 as f64, group(b) - group(a))
+    }
+
+    /// That of two steps so many apart, on average over where they are in their groups.
+    pub fn covariance_apart(&self, timing: &Timing, steps: usize) -> f64 {
+        let lanes = timing.parallel as usize;
+        let (groups, share) = ((steps / lanes) as f64, (steps % lanes) as f64 / lanes as f64);
+        let [same, next] = [groups, groups + 1.0].map(|groups| self.at(steps as f64, groups));
+        (1.0 - share) * same + share * next
+    }
+
+    /// The reference is a phase step later in each step, and light of another clock moves on from group to group.
+    fn at(&self, steps: f64, groups: f64) -> f64 {
         let of_source = |source: &Slipping| source.at(steps + groups * source.per_group);
         self.sources.iter().map(of_source).sum()
     }

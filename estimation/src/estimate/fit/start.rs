@@ -14,7 +14,7 @@ use crate::estimate::phase::{estimate_at, first_maximum};
 use crate::estimate::{CountingTier, NoEstimate, calibration_offset_ps};
 use crate::photons::DeadTime;
 use crate::response::MeanCount;
-use crate::scan::{Group, Step, Timing};
+use crate::scan::{Group, Grouping, Step};
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
@@ -37,7 +37,7 @@ const NEXT_TO_NOTHING: f64 = 1e-9;
 /// possible, the fit starts from a little light, or nearly all.
 ///
 /// # Errors
-/// When all counts are equal, or nothing was counted at the peak, or the code does not modulate.
+/// When all counts are equal, or nothing was counted, or the code does not modulate.
 pub fn start(
     sensor: &Sensor,
     detector: DetectorIndex,
@@ -47,9 +47,11 @@ pub fn start(
 ) -> Result<FitParameters, NoEstimate> {
     let spad = &sensor.scene().detectors[detector];
     let code = &sensor.scene().sources[spad.reference].code;
-    let at_peak = counts[peak];
-    if counts.iter().all(|count| count.signed == at_peak.signed) || at_peak.total <= 0.0 {
-        return Err(NoEstimate::Flat { count: at_peak.signed as i64 });
+    let signed = counts[peak].signed;
+    // Of light that hardly is any the step at the peak may have counted nothing.
+    let total = counts.iter().map(|count| count.total).sum::<f64>() / counts.len() as f64;
+    if counts.iter().all(|count| count.signed == signed) || total <= 0.0 {
+        return Err(NoEstimate::Flat { count: signed as i64 });
     }
     let offset_ps = calibration_offset_ps(sensor, detector, tier);
     let phase = estimate_at(values, peak, sensor.timing(), offset_ps);
@@ -60,14 +62,14 @@ pub fn start(
         CountingTier::Events => 1.0,
         CountingTier::Sampled => (spad.pulse_width_ps / sample_ps).min(1.0),
     };
-    let detected = at_peak.total / sensor.timing().scan.integration_chips as f64 / seen;
+    let detected = total / sensor.timing().scan.integration_chips as f64 / seen;
     let dead_time = DeadTime::of(spad, sensor.clock().chips(spad.dead_time_ps));
     let mean = dead_time.primary(detected) * (1.0 - spad.afterpulsing_probability);
     let zeros = 1.0 - ones;
     if ones * zeros <= 0.0 {
         return Err(NoEstimate::NotModulated);
     }
-    let contrast = (at_peak.signed / at_peak.total + zeros - ones) / (2.0 * ones * zeros);
+    let contrast = (signed / total + zeros - ones) / (2.0 * ones * zeros);
     let rate = mean * contrast.clamp(LEAST_SHARE, MOST_SHARE / ones);
     Ok(FitParameters {
         paths: vec![PathParameters {
@@ -107,17 +109,13 @@ struct Together {
     inverse: DMatrix<f64>,
 }
 
-/// Of groups of many steps, so many and so many chips of them at least go together: correlations of chips farther apart are
-/// the code's side lobes.
-const LEAST_TOGETHER: usize = 64;
-const CHIPS_TOGETHER: usize = 4;
-
 /// Jitter and afterpulses make counts differ beside what their signs do by such a share of their variance.
 const BESIDE_SIGNS: f64 = 1e-3;
 
 impl PeakShape {
     /// `beside` is the covariance that the signed counts of two steps so far apart have on average over a scan beside that of
-    /// constant light, in units of the variance by that. Steps that share their light do not have any.
+    /// constant light, in units of the variance by that. With it steps that share their light are weighed as they are on average over
+    /// where they are in their groups, which finds somewhat less than the covariance of each group.
     pub fn of(sensor: &Sensor, code: &Code, beside: Option<&dyn Fn(usize) -> f64>) -> PeakShape {
         let (scan, clock) = (&sensor.timing().scan, sensor.clock());
         let steps = scan.steps as usize;
@@ -129,13 +127,23 @@ impl PeakShape {
             false => place as f64 - circle as f64,
         };
         let mut shape = spectrum((0..circle).map(|place| at(behind(place))));
-        let whitening = beside.map(|beside| whitening(steps, circle, beside));
+        let signs = 2.0 * code.weight() as f64 - code.len() as f64;
+        let of_signs = |apart: usize| (2.0 * at(apart as f64) - signs) / code.len() as f64;
+        let whitening = beside.map(|beside| {
+            let lanes = sensor.timing().parallel as usize;
+            let shared = |apart: usize| match apart < lanes {
+                true => (lanes - apart) as f64 / lanes as f64 * of_signs(apart),
+                false => 0.0,
+            };
+            whitening(steps, circle, shared, beside)
+        });
         if let Some(whitening) = &whitening {
             shape.iter_mut().zip(whitening).for_each(|(of, by)| *of *= by);
         }
-        let signs = 2.0 * code.weight() as f64 - code.len() as f64;
-        let of_signs = |apart: usize| (2.0 * at(apart as f64) - signs) / code.len() as f64;
-        let together = Together::of(sensor.timing(), of_signs);
+        let together = match whitening {
+            None => Together::of(sensor.timing().grouping(), of_signs),
+            Some(_) => Together::of(Grouping { parallel: 1, ..sensor.timing().grouping() }, of_signs),
+        };
         let by_step = real(shape.clone());
         let mean = by_step.iter().sum::<f64>() / circle as f64;
         let power = |of: i32| by_step.iter().map(|value| (value - mean).powi(of)).sum::<f64>();
@@ -202,15 +210,12 @@ impl PeakShape {
 
 impl Together {
     /// The runs of a scan by how long they are, where signs so far apart have some correlation.
-    fn of(timing: &Timing, correlation: impl Fn(usize) -> f64) -> Vec<Together> {
-        let most = LEAST_TOGETHER.max(CHIPS_TOGETHER * timing.clock.samples_per_chip as usize);
+    fn of(grouping: Grouping, correlation: impl Fn(usize) -> f64) -> Vec<Together> {
         let mut starts: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for group in (0..timing.groups()).map(Group) {
-            let group: Vec<usize> = timing.grouping().steps_of(group).map(Step::index).collect();
-            let runs = group.len().div_ceil(most);
-            for run in group.chunks(group.len().div_ceil(runs)) {
-                starts.entry(run.len()).or_default().push(run[0]);
-            }
+        for group in (0..grouping.groups()).map(Group) {
+            let mut steps = grouping.steps_of(group);
+            let length = steps.len();
+            starts.entry(length).or_default().extend(steps.next().map(Step::index));
         }
         let of_length = |(length, starts)| {
             let covariance = DMatrix::from_fn(length, length, |a: usize, b: usize| {
@@ -250,19 +255,25 @@ fn weighed(together: &[Together], values: &[f64]) -> Vec<f64> {
     weighed
 }
 
-/// Transfer function by which counts of constant light that go together with some covariance beside scatter alone.
-fn whitening(steps: usize, circle: usize, beside: impl Fn(usize) -> f64) -> Vec<f64> {
+/// Transfer function by which counts that go together with some covariance in constant light, and with another one beside,
+/// scatter alone.
+fn whitening(
+    steps: usize,
+    circle: usize,
+    shared: impl Fn(usize) -> f64,
+    beside: impl Fn(usize) -> f64,
+) -> Vec<f64> {
     let covariance = |apart: usize| match apart < steps {
         // So many pairs there are in a scan.
-        true => (steps - apart) as f64 / steps as f64 * beside(apart),
+        true => shared(apart) + (steps - apart) as f64 / steps as f64 * beside(apart),
         false => 0.0,
     };
     let round = |place: usize| match place {
-        0 => 1.0 + covariance(0),
+        0 => covariance(0),
         _ => covariance(place) + covariance(circle - place),
     };
-    // Rounding may make what is none negative.
-    spectrum((0..circle).map(round)).iter().map(|of| of.re.max(1.0).sqrt().recip()).collect()
+    let power = spectrum((0..circle).map(round)).into_iter();
+    power.map(|of| of.re.max(BESIDE_SIGNS).sqrt().recip()).collect()
 }
 
 /// Values that have the product of two spectra.

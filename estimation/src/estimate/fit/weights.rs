@@ -75,6 +75,42 @@ impl Weights {
         Weights::of_blocks(blocks.map(|(steps, of)| (&steps[..], &steps[..1], &of.covariance)))
     }
 
+    /// The same where signed counts have a covariance beside what their light gives them: all of them, or, of groups that are
+    /// taken for far apart, those of each group.
+    pub fn of_groups_together(
+        mut groups: Vec<(Vec<usize>, GroupMoments)>,
+        signed: impl Fn(usize, usize) -> f64,
+        are_far_apart: bool,
+    ) -> Weights {
+        if are_far_apart {
+            for (steps, of) in &mut groups {
+                for (a, row) in steps.iter().zip(&mut of.covariance) {
+                    steps.iter().zip(row).for_each(|(b, entry)| *entry += signed(*a, *b));
+                }
+            }
+            return Weights::of_groups(&groups);
+        }
+        let steps: Vec<usize> = groups.iter().flat_map(|(steps, _)| steps).copied().collect();
+        let totals: Vec<usize> = groups.iter().map(|(steps, _)| steps[0]).collect();
+        let numbers = steps.len() + totals.len();
+        let mut covariance = vec![vec![0.0; numbers]; numbers];
+        for (row, a) in covariance.iter_mut().zip(&steps) {
+            row.iter_mut().zip(&steps).for_each(|(entry, b)| *entry = signed(*a, *b));
+        }
+        let mut first = 0;
+        for (number, (of_group, of)) in groups.iter().enumerate() {
+            let lanes = of_group.len();
+            let place = |lane: usize| if lane < lanes { first + lane } else { steps.len() + number };
+            for (a, row) in of.covariance.iter().enumerate() {
+                for (b, entry) in row.iter().enumerate() {
+                    covariance[place(a)][place(b)] += entry;
+                }
+            }
+            first += lanes;
+        }
+        Weights::of_blocks([(&steps[..], &totals[..], &covariance)].into_iter())
+    }
+
     /// Of blocks of counts that go together: the places whose signed counts are in it, then those
     /// whose total ones are, and the covariance of all. Blocks know nothing of each other.
     fn of_blocks<'b>(

@@ -26,7 +26,7 @@ impl Examination<'_> {
         if chance_of_zeros(nothing.expected.hits(), groups, has_totals) >= family().level() {
             return Ok(None);
         }
-        let dark = Darkness::of_scene(sensor, detector).as_bright_as(&counts);
+        let dark = Darkness::of_scene(sensor, detector, CountingTier::Sampled).as_bright_as(&counts);
         if dark.chance_of_zeros(counts.len(), has_totals) >= family().level() {
             return Ok(Some((self.darkness(), nothing)));
         }
@@ -54,7 +54,7 @@ impl Examination<'_> {
         let detector = self.observed.detector();
         let counts = self.observed.step_counts(self.sensor);
         let (dark, brighter_cps) =
-            Darkness::of_scene(self.sensor, detector).as_bright_as(&counts).sensor();
+            Darkness::of_scene(self.sensor, detector, CountingTier::Sampled).as_bright_as(&counts).sensor();
         let start = SceneChange::default().by(Unknown::Constant, brighter_cps);
         let start = start.start(&dark, self.observed).ok()?;
         // Signed counts alone do not tell the background but by their scatter.
