@@ -150,10 +150,10 @@ def test_cells_have_pulses_together_and_each_of_them_has_some(tmp_path, host):
     said = made(folder)
     assert "FAIL=0" in said and "match: " in said, said
     faulty = tmp_path / "rtl/cell_combiner.v"
-    text, right = faulty.read_text(), "= i_samples[15:12]"
+    text, right = faulty.read_text(), "{sum_0, i_samples[15:12]}"
     (folder / "results.xml").unlink()
     assert text.count(right) == 1
-    faulty.write_text(text.replace(right, "= 4'd0"))
+    faulty.write_text(text.replace(right, "{sum_0, 4'd0}"))
     said = made(folder)
     assert "FAIL=0" not in said and "should be" in said, said
 

@@ -39,7 +39,7 @@ def test_bias_against_light(run):
     phase, fit = (names["expected"][name]["expected_bias_m"].abs() for name in ("fft", "model"))
     # In weak light the coarse stage wavers, which adds to the walk.
     # The fit has what corners of the code's correlation leave in dim light.
-    assert phase.iloc[2:].is_monotonic_increasing and phase.iloc[-1] > 0.05 and fit.max() < 1e-3
+    assert phase.iloc[2:].is_monotonic_increasing and phase.iloc[-1] > 0.05 and fit.max() < 1.5e-3
 
 
 def test_own_rtl(run):

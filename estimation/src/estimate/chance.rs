@@ -10,6 +10,7 @@ use super::effort::{TheoryEffort, Work};
 use super::fit::slipping::SlippingLight;
 use super::fit::start::PeakShape;
 use super::phase::{first_maximum, fundamental, is_one_window};
+use crate::math::normal_cdf;
 use crate::photons::{DeadTime, DetectorModel, StepCount};
 use crate::response::{CountingTier, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
@@ -36,6 +37,8 @@ pub struct Darkness<'s> {
     laws: Arc<[CountLaw]>,
     /// What a fit looks for.
     shape: Arc<OnceLock<PeakShape>>,
+    /// Variance of a count by codes of other clocks, which are anywhere beside the reference, in the scene.
+    slipping_variance: f64,
     /// Hits of a step by the scene: none if it has no other light.
     hits_of_scene: f64,
     /// What a step counts by what was measured.
@@ -60,6 +63,7 @@ impl<'s> Darkness<'s> {
             detector,
             laws,
             shape: Arc::default(),
+            slipping_variance: slipping_variance(sensor, detector, tier).unwrap_or_default(),
             hits_of_scene,
             hits: 0.0,
             more: 0.0,
@@ -207,6 +211,15 @@ impl<'s> Darkness<'s> {
         // Of hardly any hits the saddlepoint of clusters is too far out, and most are alone.
         let alone = CountLaw { afterpulses: 0.0, ..law };
         let of_one = law.above(count - 0.5).max(alone.above(count - 0.5));
+        let of_slipping = match self.slipping_variance > 0.0 {
+            true => {
+                let brighter = self.hits / self.hits_of_laws();
+                let variance = law.variance + brighter * brighter * self.slipping_variance;
+                normal_cdf((law.mean - count) / variance.sqrt())
+            }
+            false => 0.0,
+        };
+        let of_one = of_one.max(of_slipping);
         Some(-(counts.len() as f64 * (-of_one).ln_1p()).exp_m1())
     }
 
@@ -287,14 +300,21 @@ fn laws_without_own_light(
     let model = DetectorModel::new(&dark, detector);
     let response = MeanResponse::of_tier(&model, tier)?;
     let first = SecondMoments::new(&response)?.of_steps(&[Step::at(0)])[0];
-    // Codes of other clocks are anywhere beside the reference.
-    let slipping = SlippingLight::new(&model, tier)?.variance();
     // Hits up and hits down are as good as Poisson numbers, whatever the mean of their difference.
-    let fano = (first.signed_variance + slipping) / first.total_mean;
+    let fano = first.signed_variance / first.total_mean;
     let spad = &sensor.scene().detectors[detector];
     let of_step = |mean: &MeanCount| CountLaw::of(spad, mean, fano * mean.total);
     let laws = response.mean_counts().iter().map(of_step).collect();
     Ok(if first.total_mean > 0.0 { laws } else { Vec::new() })
+}
+
+/// What codes of other clocks add to the variance of a signed count.
+fn slipping_variance(
+    sensor: &Sensor,
+    detector: DetectorIndex,
+    tier: CountingTier,
+) -> Result<f64, MeanResponseError> {
+    Ok(SlippingLight::new(&DetectorModel::new(sensor, detector), tier)?.variance())
 }
 
 /// Share of scans of so many groups of steps, each with so many hits, in which every count is 0: without total counts
@@ -358,7 +378,8 @@ mod tests {
             let below = (-skellam(up, down, largest)).ln_1p();
             let exact = -(248.0 * below).exp_m1();
             let counts = scan(248, largest as i64, total);
-            let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled).as_bright_as(&counts);
+            let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled)
+                .as_bright_as(&counts);
             let found = dark.chance(&counts).expect("there are hits");
             assert!((found / exact - 1.0).abs() < 0.05, "{total}, {largest}: {found} {exact}");
         }
@@ -426,7 +447,8 @@ mod tests {
             let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps", &parallel_steps, code]);
             let ratio = |_| {
                 let counts = counts_of_noise(&sensor, 900.0, parallel, false, &mut random);
-                let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled).as_bright_as(&counts);
+                let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled)
+                    .as_bright_as(&counts);
                 assert!((dark.hits_of_scene / 90.0 - 1.0).abs() < 0.01, "{}", dark.hits_of_scene);
                 dark.hits / 900.0
             };
@@ -450,7 +472,9 @@ mod tests {
             let settings = ["hardware.total_counts=true", &format!("hardware.parallel={parallel}")];
             let sensors = [EstimatorKind::Model, EstimatorKind::Fft]
                 .map(|estimator| ideal(&settings).estimated_by(estimator));
-            let dark = sensors.each_ref().map(|of| Darkness::of_scene(of, DetectorIndex(0), CountingTier::Sampled));
+            let dark = sensors
+                .each_ref()
+                .map(|of| Darkness::of_scene(of, DetectorIndex(0), CountingTier::Sampled));
             let (scans, limits) = (1000, [0.5, 0.2, 0.05]);
             let (mut of_noise, mut of_light) = ([0; 3], [0; 2]);
             for _ in 0..scans {
@@ -490,7 +514,8 @@ mod tests {
             let mut below = [0; 4];
             for _ in 0..2000 {
                 let counts = counts_of_noise(&sensor, 50.0, parallel, true, &mut random);
-                let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled).as_bright_as(&counts);
+                let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled)
+                    .as_bright_as(&counts);
                 let chance = dark.chance(&counts).expect("there are hits");
                 let limits = [0.5, 0.2, 0.05, 0.02];
                 below.iter_mut().zip(limits).for_each(|(n, limit)| *n += u32::from(chance < limit));
@@ -527,7 +552,8 @@ mod tests {
                     StepCount { signed, total: 0 }
                 };
                 let counts: Vec<StepCount> = (0..31 * samples).map(count).collect();
-                let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled).as_bright_as(&counts);
+                let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled)
+                    .as_bright_as(&counts);
                 let chance = dark.chance(&counts).expect("there are hits");
                 assert!(chance < NO_PEAK, "{index}, {samples}, {times}, {late}: {chance}");
             }
@@ -539,7 +565,8 @@ mod tests {
     fn a_peak_is_no_scatter() {
         let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps"]);
         let counts = scan(248, 100, 0);
-        let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled).as_bright_as(&counts);
+        let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled)
+            .as_bright_as(&counts);
         assert!(dark.chance(&counts).expect("there are hits") < 1e-9);
     }
 }

@@ -107,7 +107,7 @@ impl<'s> Estimator<'s> {
                 &of_bins
             }
         };
-        let of_scene = || Darkness::of_scene(self.sensor, self.detector);
+        let of_scene = || Darkness::of_scene(self.sensor, self.detector, self.tier);
         self.darkness.get_or_init(of_scene).as_bright_as(counts).chance(counts)
     }
 

@@ -11,12 +11,12 @@
 //! # }
 //! use std::path::Path;
 //!
-//! use goldtof::recorded::{Recorded, assess, read_recorded};
+//! use goldtof::recorded::{RecordedCounts, assess, read_recorded};
 //! use goldtof::sensor::Sensor;
 //!
 //! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
 //! let sensor = Sensor::new(&scene);
-//! let Recorded::Scans(scans) = read_recorded(Path::new("counts.csv"), &sensor)? else {
+//! let RecordedCounts::Scans(scans) = read_recorded(Path::new("counts.csv"), &sensor)? else {
 //!     return Ok(());
 //! };
 //! for scan in scans {

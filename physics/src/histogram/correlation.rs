@@ -29,7 +29,7 @@ const DIGIT_BITS: u32 = 24;
 /// use std::path::Path;
 ///
 /// use goldtof::histogram::Histogram;
-/// use goldtof::histogram::correlation::Correlator;
+/// use goldtof::histogram::correlation::HistogramCorrelator;
 ///
 /// let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
 /// let code = &scene.sources[goldtof::scene::SourceIndex(0)].code;
@@ -39,7 +39,7 @@ const DIGIT_BITS: u32 = 24;
 /// for a in 0..bins.len() {
 ///     bins[(a + 5) % (code.chips.len() * samples)] = u64::from(code.chips[a / samples]);
 /// }
-/// let counts = Correlator::new(code, 8).signed_counts(&Histogram::new(bins, 8, 1)?);
+/// let counts = HistogramCorrelator::new(code, 8).signed_counts(&Histogram::new(bins, 8, 1)?);
 /// let peak = (0..counts.len()).max_by_key(|&k| counts[k]);
 /// assert_eq!(peak, Some(5));
 /// assert_eq!(counts[5], 8 * code.weight() as i64);

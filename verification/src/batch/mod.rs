@@ -14,9 +14,9 @@
 //! # std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))?;
 //! use std::path::Path;
 //!
-//! use goldtof::batch::{Inputs, Model};
+//! use goldtof::batch::{BatchInputs, Model};
 //! use goldtof::sensor::Sensor;
-//! use goldtof::sensor::port::Role;
+//! use goldtof::sensor::port::PortRole;
 //!
 //! let scene = goldtof::scene::load(Path::new("scenes/quick.toml"))?;
 //! let mut model = Model::new(&Sensor::new(&scene))?;
@@ -24,10 +24,10 @@
 //! let samples: Vec<u8> = [0, 0x10].into_iter().cycle().take(6000).collect();
 //! let mut reset = vec![0; 6000];
 //! reset[..2].fill(1);
-//! let inputs = Inputs { samples: &samples, reset: &reset, ready: &[], host: &[] };
+//! let inputs = BatchInputs { samples: &samples, reset: &reset, ready: &[], host: &[] };
 //! let mut outputs = Vec::new();
 //! model.clock(&inputs, &mut outputs)?;
-//! let valid = model.layout().outputs.field(Role::Valid);
+//! let valid = model.layout().outputs.field(PortRole::Valid);
 //! let beats = outputs.iter().filter(|word| valid.low_word(&[**word]) == 1).count();
 //! assert_eq!(beats, 2);
 //! let results: Vec<_> = model.take_results().collect();

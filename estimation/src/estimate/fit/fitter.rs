@@ -188,8 +188,7 @@ impl Fitter<'_> {
         };
         // Of constant light a count's variance is the number of detections.
         let detections = counts.iter().map(|count| count.total).sum::<f64>() / counts.len() as f64;
-        let beside =
-            |apart: usize| slipping.covariance_apart(timing, apart) / detections.max(1.0);
+        let beside = |apart: usize| slipping.covariance_apart(timing, apart) / detections.max(1.0);
         Ok(PeakShape::of(self.sensor, code, Some(&beside)).best_match(signed).0)
     }
 

@@ -267,6 +267,8 @@ impl Problem<'_> {
             all.iter_mut().for_each(|step| step.signed_variance += slipping.variance());
             return Ok(Weights::of(&all));
         }
-        Ok(Weights::of_steps_together(&all, |a, b| slipping.covariance(timing, self.steps[a], self.steps[b])))
+        Ok(Weights::of_steps_together(&all, |a, b| {
+            slipping.covariance(timing, self.steps[a], self.steps[b])
+        }))
     }
 }

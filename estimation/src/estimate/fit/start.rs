@@ -142,7 +142,9 @@ impl PeakShape {
         }
         let together = match whitening {
             None => Together::of(sensor.timing().grouping(), of_signs),
-            Some(_) => Together::of(Grouping { parallel: 1, ..sensor.timing().grouping() }, of_signs),
+            Some(_) => {
+                Together::of(Grouping { parallel: 1, ..sensor.timing().grouping() }, of_signs)
+            }
         };
         let by_step = real(shape.clone());
         let mean = by_step.iter().sum::<f64>() / circle as f64;

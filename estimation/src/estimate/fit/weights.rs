@@ -100,7 +100,8 @@ impl Weights {
         let mut first = 0;
         for (number, (of_group, of)) in groups.iter().enumerate() {
             let lanes = of_group.len();
-            let place = |lane: usize| if lane < lanes { first + lane } else { steps.len() + number };
+            let place =
+                |lane: usize| if lane < lanes { first + lane } else { steps.len() + number };
             for (a, row) in of.covariance.iter().enumerate() {
                 for (b, entry) in row.iter().enumerate() {
                     covariance[place(a)][place(b)] += entry;
@@ -330,6 +331,47 @@ mod tests {
         let one = &whitening * covariance * whitening.transpose();
         // Up to the ridge of a thousandth of the variance of rounding.
         assert!((one - DMatrix::identity(4, 4)).amax() < 1e-3 / 12.0);
+    }
+
+    /// Two groups, of two steps and of one, whose signed counts go together beside, with C written out; and of groups that are
+    /// taken for far apart, those of each.
+    #[test]
+    fn whitened_groups_together_have_unit_covariance() {
+        let group = |covariance| GroupMoments { covariance, ..GroupMoments::default() };
+        let groups = vec![
+            (
+                vec![0, 1],
+                group(vec![vec![5.0, 1.0, 2.0], vec![1.0, 6.0, 1.5], vec![2.0, 1.5, 4.0]]),
+            ),
+            (vec![2], group(vec![vec![7.0, -1.0], vec![-1.0, 3.0]])),
+        ];
+        let added = |a: usize, b: usize| 2.0 - 0.5 * a.abs_diff(b) as f64;
+        let count = |signed, total| MeanCount { signed, total };
+        // A total is its group's, told with any of its steps.
+        let [none, signed] = [count(0.0, 0.0), count(1.0, 0.0)];
+        let units = [
+            [signed, none, none],
+            [none, signed, none],
+            [count(0.0, 1.0), count(0.0, 1.0), none],
+            [none, none, signed],
+            [none, none, count(0.0, 1.0)],
+        ];
+        for (are_far_apart, beside) in [(false, [1.0, 1.5]), (true, [0.0, 0.0])] {
+            let weights = Weights::of_groups_together(groups.clone(), added, are_far_apart);
+            let columns: Vec<f64> =
+                units.iter().flat_map(|unit| weights.whitened(&unit.to_vec())).collect();
+            let [far, near] = beside;
+            let covariance = dmatrix![
+                7.0, 2.5, 2.0, far, 0.0;
+                2.5, 8.0, 1.5, near, 0.0;
+                2.0, 1.5, 4.0, 0.0, 0.0;
+                far, near, 0.0, 9.0, -1.0;
+                0.0, 0.0, 0.0, -1.0, 3.0
+            ];
+            let whitening = DMatrix::from_vec(5, 5, columns);
+            let one = &whitening * covariance * whitening.transpose();
+            assert!((one - DMatrix::identity(5, 5)).amax() < 1e-3 / 12.0, "{are_far_apart}");
+        }
     }
 
     #[test]

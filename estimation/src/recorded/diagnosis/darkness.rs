@@ -4,6 +4,7 @@ use super::super::Cause;
 use super::super::hypothesis::{SceneChange, SceneFit, Unknown, fit};
 use super::super::observed::Observed;
 use super::{Diagnosis, Examination, FEWEST_HITS, TestOutcome, chance, critical, family};
+use crate::estimate::CountingTier;
 use crate::estimate::chance::{Darkness, chance_of_zeros};
 use crate::estimate::fit::FitError;
 
@@ -26,7 +27,8 @@ impl Examination<'_> {
         if chance_of_zeros(nothing.expected.hits(), groups, has_totals) >= family().level() {
             return Ok(None);
         }
-        let dark = Darkness::of_scene(sensor, detector, CountingTier::Sampled).as_bright_as(&counts);
+        let dark =
+            Darkness::of_scene(sensor, detector, CountingTier::Sampled).as_bright_as(&counts);
         if dark.chance_of_zeros(counts.len(), has_totals) >= family().level() {
             return Ok(Some((self.darkness(), nothing)));
         }
@@ -53,8 +55,9 @@ impl Examination<'_> {
     pub(super) fn without_light(&mut self) -> Option<(Diagnosis, SceneFit)> {
         let detector = self.observed.detector();
         let counts = self.observed.step_counts(self.sensor);
-        let (dark, brighter_cps) =
-            Darkness::of_scene(self.sensor, detector, CountingTier::Sampled).as_bright_as(&counts).sensor();
+        let (dark, brighter_cps) = Darkness::of_scene(self.sensor, detector, CountingTier::Sampled)
+            .as_bright_as(&counts)
+            .sensor();
         let start = SceneChange::default().by(Unknown::Constant, brighter_cps);
         let start = start.start(&dark, self.observed).ok()?;
         // Signed counts alone do not tell the background but by their scatter.
