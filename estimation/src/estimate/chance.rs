@@ -10,7 +10,6 @@ use super::effort::{TheoryEffort, Work};
 use super::fit::slipping::SlippingLight;
 use super::fit::start::PeakShape;
 use super::phase::{first_maximum, fundamental, is_one_window};
-use crate::math::normal_cdf;
 use crate::photons::{DeadTime, DetectorModel, StepCount};
 use crate::response::{CountingTier, MeanCount, MeanResponse, MeanResponseError, SecondMoments};
 use crate::scan::Step;
@@ -37,8 +36,8 @@ pub struct Darkness<'s> {
     laws: Arc<[CountLaw]>,
     /// What a fit looks for.
     shape: Arc<OnceLock<PeakShape>>,
-    /// Variance of a count by codes of other clocks, which are anywhere beside the reference, in the scene.
-    slipping_variance: f64,
+    /// What codes of other clocks, which are anywhere beside the reference, add to a count at most, in the scene.
+    most_slipping: f64,
     /// Hits of a step by the scene: none if it has no other light.
     hits_of_scene: f64,
     /// What a step counts by what was measured.
@@ -63,7 +62,7 @@ impl<'s> Darkness<'s> {
             detector,
             laws,
             shape: Arc::default(),
-            slipping_variance: slipping_variance(sensor, detector, tier).unwrap_or_default(),
+            most_slipping: most_slipping(sensor, detector, tier).unwrap_or_default(),
             hits_of_scene,
             hits: 0.0,
             more: 0.0,
@@ -190,7 +189,7 @@ impl<'s> Darkness<'s> {
     /// Share of such scans whose counts show as much as those that the estimate rests on; none of hardware whose
     /// counts saturate, and without hits.
     ///
-    /// The phase rests on the largest count, or, where the scan is one window, on its fundamental alone; a fit on
+    /// The phase rests on the largest count less what codes of other clocks may add to it, or, where the scan is one window, on its fundamental alone; a fit on
     /// all counts. Of counts that go together, and of heights one step apart, it is more than the share.
     pub fn chance(&self, counts: &[StepCount]) -> Option<f64> {
         if self.sensor.interface().saturates() || self.hits <= 0.0 || counts.is_empty() {
@@ -205,21 +204,12 @@ impl<'s> Darkness<'s> {
             EstimatorKind::Model if self.has_shape(counts.len()) => self.height(&laws, &signed),
             _ => {
                 let coarse = first_maximum(&signed);
-                (laws[coarse], signed[coarse])
+                (laws[coarse], signed[coarse] - self.most_slipping)
             }
         };
         // Of hardly any hits the saddlepoint of clusters is too far out, and most are alone.
         let alone = CountLaw { afterpulses: 0.0, ..law };
         let of_one = law.above(count - 0.5).max(alone.above(count - 0.5));
-        let of_slipping = match self.slipping_variance > 0.0 {
-            true => {
-                let brighter = self.hits / self.hits_of_laws();
-                let variance = law.variance + brighter * brighter * self.slipping_variance;
-                normal_cdf((law.mean - count) / variance.sqrt())
-            }
-            false => 0.0,
-        };
-        let of_one = of_one.max(of_slipping);
         Some(-(counts.len() as f64 * (-of_one).ln_1p()).exp_m1())
     }
 
@@ -308,13 +298,13 @@ fn laws_without_own_light(
     Ok(if first.total_mean > 0.0 { laws } else { Vec::new() })
 }
 
-/// What codes of other clocks add to the variance of a signed count.
-fn slipping_variance(
+/// What codes of other clocks add to a signed count at most.
+fn most_slipping(
     sensor: &Sensor,
     detector: DetectorIndex,
     tier: CountingTier,
 ) -> Result<f64, MeanResponseError> {
-    Ok(SlippingLight::new(&DetectorModel::new(sensor, detector), tier)?.variance())
+    Ok(SlippingLight::new(&DetectorModel::new(sensor, detector), tier)?.most())
 }
 
 /// Share of scans of so many groups of steps, each with so many hits, in which every count is 0: without total counts

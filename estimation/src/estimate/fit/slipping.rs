@@ -27,6 +27,8 @@ struct Slipping {
     /// Covariance of two signed counts, in counts^2, where the code is so many phase steps
     /// later beside the reference in one than in the other; round the code's period.
     covariance: Vec<f64>,
+    /// The largest signed count at any delay less their mean.
+    most: f64,
     /// Phase steps that it slips from one group of steps to the next.
     per_group: f64,
 }
@@ -76,6 +78,11 @@ impl SlippingLight {
         self.sources.iter().map(of_source).sum()
     }
 
+    /// What it adds to a signed count at most, beyond its average.
+    pub fn most(&self) -> f64 {
+        self.sources.iter().map(|source| source.most).sum()
+    }
+
     /// Variance of a signed count.
     pub fn variance(&self) -> f64 {
         self.sources.iter().map(|source| source.at(0.0)).sum()
@@ -94,11 +101,11 @@ impl Slipping {
         let scan_chips = timing.scan_chips() as f64;
         let slip = light.movement.as_ref().and_then(|movement| movement.slip);
         let rate = slip.map_or(0.0, |slip| slip.mean_rate(scan_chips));
+        let counts = signed_counts(model, light, tier)?;
+        let mean = counts.iter().sum::<f64>() / counts.len() as f64;
         Ok(Slipping {
-            covariance: covariance(
-                &signed_counts(model, light, tier)?,
-                samples * rate * timing.scan.integration_chips as f64,
-            ),
+            most: counts.iter().copied().fold(mean, f64::max) - mean,
+            covariance: covariance(&counts, samples * rate * timing.scan.integration_chips as f64),
             per_group: samples * rate * pitch_chips,
         })
     }
