@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::answers::ScanAnswer;
 
 /// What the scans of one detector say, in the order of their numbers. Tallies of scans that
-/// follow one another, one [appended](Tally::append) to the other, are that of all of them,
+/// follow one another, one [appended](ScanTally::append) to the other, are that of all of them,
 /// bit for bit: sums of errors are not kept, because they depend on where they are cut.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "Tally")]
