@@ -2,9 +2,9 @@
 //! figures and claims, stiff and extreme cases, sweeps over a scene's keys.
 //!
 //! ```
-//! use goldtof::study::sweep::Axis;
+//! use goldtof::study::sweep::SweepAxis;
 //!
-//! let axis: Axis = "path.distance=1 m..10 m +10".parse()?;
+//! let axis: SweepAxis = "path.distance=1 m..10 m +10".parse()?;
 //! assert_eq!(axis.values.len(), 10);
 //! assert_eq!(axis.column(), "path.distance (m)");
 //! # Ok::<(), String>(())

@@ -465,7 +465,7 @@ mod tests {
             let dark = sensors
                 .each_ref()
                 .map(|of| Darkness::of_scene(of, DetectorIndex(0), CountingTier::Sampled));
-            let (scans, limits) = (1000, [0.5, 0.2, 0.05]);
+            let (scans, limits) = (300, [0.5, 0.2, 0.05]);
             let (mut of_noise, mut of_light) = ([0; 3], [0; 2]);
             for _ in 0..scans {
                 let mut scan =
