@@ -189,8 +189,8 @@ impl<'s> Darkness<'s> {
     /// Share of such scans whose counts show as much as those that the estimate rests on; none of hardware whose
     /// counts saturate, and without hits.
     ///
-    /// The phase rests on the largest count less what codes of other clocks may add to it, or, where the scan is one window, on its fundamental alone; a fit on
-    /// all counts. Of counts that go together, and of heights one step apart, it is more than the share.
+    /// The phase rests on the largest count less what codes of other clocks may add to it, or, where the scan is one
+    /// window, on its fundamental alone; a fit on all counts. Of counts that go together, and of heights one step apart, it is more than the share.
     pub fn chance(&self, counts: &[StepCount]) -> Option<f64> {
         if self.sensor.interface().saturates() || self.hits <= 0.0 || counts.is_empty() {
             return None;

@@ -149,11 +149,7 @@ pub fn likeliest(
     found_within: f64,
     apart: impl Fn(f64) -> Result<Vec<f64>, FitError>,
 ) -> Result<Option<Likeliest>, FitError> {
-    let (by_delay, mut by_strength) = (slopes.by_delay, slopes.by_strength);
-    let mut others: Vec<_> = slopes.by_others.into_iter().map(DVector::from_vec).collect();
-    if scatter.is_of_few(&by_delay) {
-        others.extend(by_strength.take().map(DVector::from_vec));
-    }
+    let others: Vec<_> = slopes.by_others.into_iter().map(DVector::from_vec).collect();
     let others = (!others.is_empty()).then(|| DMatrix::from_columns(&others).qr().q());
     let own = |of: Vec<f64>| {
         let of = DVector::from_vec(of);
@@ -162,10 +158,13 @@ pub fn likeliest(
             None => of,
         }
     };
-    let (mut slope, strength) = (own(by_delay), by_strength.map(own));
-    if let Some(strength) = &strength {
-        slope -= strength * (slope.dot(strength) / strength.norm_squared());
-    }
+    let (slope, strength) = (own(slopes.by_delay), slopes.by_strength.map(own));
+    let beside_strength = |of: DVector<f64>| match &strength {
+        Some(strength) => &of - strength * (of.dot(strength) / strength.norm_squared()),
+        None => of,
+    };
+    let slope = beside_strength(slope);
+    let are_few = scatter.is_of_few(slope.as_slice());
     let std_of_information = slope.norm().recip();
     let mut law = NormalLaw { mean: 0.0, std: std_of_information };
     if !law.std.is_finite() {
@@ -180,7 +179,11 @@ pub fn likeliest(
         let mut likelier = Vec::new();
         for &delay in &delays {
             let apart = own(apart(delay)?);
-            let light = strength.as_ref().map_or_else(|| 0.0 * &apart, |here| here + &apart);
+            let apart = if are_few { beside_strength(apart) } else { apart };
+            let light = match &strength {
+                Some(here) if !are_few => here + &apart,
+                _ => 0.0 * &apart,
+            };
             let light = scatter.tells(light, &apart);
             let height = light.norm();
             let light = light / height.max(f64::MIN_POSITIVE);
@@ -219,7 +222,8 @@ impl Likelier {
     }
 }
 
-/// From the slope, and how the likelihood of each delay depends on the counts' errors, and the direction of its strength. What is linear in the errors is known, and drawn only to take its part of the draws' own
+/// From the slope, and how the likelihood of each delay depends on the counts' errors, and on those in the direction of its
+/// strength. What is linear in the errors is known, and drawn only to take its part of the draws' own
 /// errors out.
 fn drawn(
     scatter: &Scatter,
