@@ -48,6 +48,8 @@ pub struct ExpectedError {
     pub expected_bias_m: Option<f64>,
     /// Standard deviation.
     pub expected_std_m: Option<f64>,
+    /// Share of scans that miss the peak, of which they are not; of a fit null where the phase misses one in a thousand at most.
+    pub expected_missed_fraction: Option<f64>,
     /// Least standard deviation of an estimate.
     pub bound_m: Option<f64>,
     /// What `bound_m` is; null without one.
@@ -103,6 +105,7 @@ fn of(report: EstimateReport, sensor: &Sensor) -> ExpectedError {
         true_distance_m: report.true_distance_m,
         expected_bias_m: report.expected_bias_m,
         expected_std_m: report.expected_std_m,
+        expected_missed_fraction: report.expected_missed_fraction,
         bound_m: report.bound_m,
         bound_kind: report.bound_kind,
         remark: report.remark.or(report.folded).or(report.bound_remark),

@@ -3,6 +3,7 @@
 use super::columns::Lines;
 use super::prelude::*;
 use crate::estimate::bound::BoundKind;
+use crate::estimate::report::SELDOM;
 
 /// Both estimators on one detector's counts.
 #[derive(Debug, Clone, Copy)]
@@ -30,6 +31,14 @@ pub(super) fn estimator_name(kind: EstimatorKind) -> &'static str {
         EstimatorKind::Fft => "phase (article)",
         EstimatorKind::Model => "model fit",
     }
+}
+
+/// What bias and scatter leave out, unless that is seldom.
+pub(super) fn missed(share: Option<f64>) -> Option<String> {
+    share.filter(|share| *share > SELDOM).map(|share| {
+        let percent = share * 100.0;
+        format!("{percent:.2} % of the scans are expected to miss the peak, bias and scatter are those of the others")
+    })
 }
 
 fn row(estimate: &EstimateReport) -> EstimateRow {
@@ -96,11 +105,13 @@ impl<'a> BothEstimates<'a> {
         notes.extend(phase.folded.clone());
         let is_shared = phase.remark == model.remark;
         for estimate in [phase, model] {
+            let name = estimator_name(estimate.estimator);
+            notes.extend(
+                missed(estimate.expected_missed_fraction).map(|missed| format!("{name}: {missed}")),
+            );
             match &estimate.remark {
                 Some(remark) if is_shared => notes.push(remark.clone()),
-                Some(remark) => {
-                    notes.push(format!("{}: {remark}", estimator_name(estimate.estimator)));
-                }
+                Some(remark) => notes.push(format!("{name}: {remark}")),
                 None => {}
             }
             let fit = estimate.fit.as_ref();

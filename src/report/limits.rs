@@ -1,6 +1,7 @@
 //! What limits a sensor, in one screen.
 
 use super::columns::{bit_rate, row};
+use super::estimates::missed;
 use super::plan::row;
 use super::prelude::*;
 use crate::study::limits::{KeyChange, Limit, Limits, Performance};
@@ -81,6 +82,7 @@ fn uses(limits: &Limits) -> Vec<Vec<String>> {
         if let Some((bound_m, kind)) = expected.bound_m.zip(expected.bound_kind) {
             error += &format!("; {} {}", kind.name(), millimetres(bound_m, false));
         }
+        error.extend(missed(expected.expected_missed_fraction).map(|missed| format!("; {missed}")));
         rows.push(row("error", error));
     }
     rows

@@ -1,6 +1,7 @@
 //! The plan for people: the sensor in numbers, what it takes, what is left out.
 
 use super::columns::row;
+use super::estimates::missed;
 use super::prelude::*;
 use crate::plan::figures::Figures;
 use crate::plan::link::LinkBudget;
@@ -176,6 +177,7 @@ fn error_of(expected: &ExpectedError) -> String {
         }
         _ => "not known".to_owned(),
     };
+    text.extend(missed(expected.expected_missed_fraction).map(|missed| format!("; {missed}")));
     if !expected.has_its_counts {
         text += "; needs total counts, which this hardware does not send (total_counts = true)";
     }

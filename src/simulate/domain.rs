@@ -3,6 +3,7 @@
 use super::Tier;
 use crate::estimate::coverage::{count_limit, most_counts, short_steps};
 use crate::estimate::fit::shared_light;
+use crate::estimate::report::SELDOM;
 use crate::estimate::{Prediction, PredictionError};
 use crate::photons::DetectorModel;
 use crate::photons::memory::DetectorMemory;
@@ -11,8 +12,6 @@ use crate::scan::{Group, Step};
 use crate::scene::{Architecture, DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 
-/// Coarse estimates more often wrong than this show in the statistics.
-const COARSE_FAILURES: f64 = 1e-3;
 /// Shares of detections, or of a variance, that are too large to leave out.
 const SHARE: f64 = 0.01;
 /// The mean response is worked out over at most 10^5 dead times before a code
@@ -248,7 +247,7 @@ impl View<'_> {
             .filter_map(|(path, predicted)| Some((path, predicted.ok()?)))
             .flat_map(|(path, expected)| {
                 let missed = expected.missed_fraction;
-                let coarse = missed.filter(|missed| *missed > COARSE_FAILURES).map(|missed| {
+                let coarse = missed.filter(|missed| *missed > SELDOM).map(|missed| {
                     format!(
                         "path {path}: {:.2} % of the scans are expected to miss the peak; bias and \
                          standard deviation are those of the other scans",

@@ -83,6 +83,8 @@ pub struct Performance {
     pub expected_bias_m: Option<f64>,
     /// Its standard deviation.
     pub expected_std_m: Option<f64>,
+    /// Share of scans that miss the peak, of which they are not; of a fit null where the phase misses one in a thousand at most.
+    pub expected_missed_fraction: Option<f64>,
     /// Both together: root mean square of the error.
     pub expected_rms_m: Option<f64>,
     /// Least standard deviation of an estimate.
@@ -281,6 +283,7 @@ impl Performance {
         Performance {
             expected_bias_m: report.expected_bias_m,
             expected_std_m: report.expected_std_m,
+            expected_missed_fraction: report.expected_missed_fraction,
             expected_rms_m: both.map(|(bias_m, std_m)| bias_m.hypot(std_m)),
             bound_m: report.bound_m,
             bound_kind: report.bound_kind,

@@ -8,7 +8,7 @@ use goldtof::report::estimates::{BothEstimates, texts};
 use goldtof::response::MeanResponse;
 use goldtof::scene::{DetectorIndex, EstimatorKind, Scene};
 use goldtof::sensor::Sensor;
-use optics_support::{code, full_scan, ideal_scene, table_i_scene};
+use optics_support::{code, full_scan, ideal_scene, repeated, table_i_scene};
 
 /// The weight-3 code of the issue: a largest count of 1 in 2 means no light of the
 /// path's at all, and used to divide by zero.
@@ -133,7 +133,9 @@ fn likely_counts(draw: &mut Draw, scene: &Scene) -> Vec<StepCount> {
 fn fits_of_random_scenes_to_random_counts_are_finite_or_refused_in_words() {
     let mut draw = Draw(20_260_727);
     let mut fits = 0;
-    for number in 0..24 {
+    // The ninth is of counts that saturate the detector; the eighteenth, too, and takes more than all others.
+    let scenes = repeated(17, 24);
+    for number in 0..scenes {
         let scene = random_scene(&mut draw);
         let counts = match number % 2 {
             0 => random_counts(&mut draw, scene.scan.steps),
@@ -141,6 +143,6 @@ fn fits_of_random_scenes_to_random_counts_are_finite_or_refused_in_words() {
         };
         fits += usize::from(assert_finite(&scene, &counts, &format!("number {number}")));
     }
-    println!("{fits} of 24 fitted");
-    assert!(fits > 0, "only {fits} of 24 fitted");
+    println!("{fits} of {scenes} fitted");
+    assert!(fits > 0, "only {fits} of {scenes} fitted");
 }

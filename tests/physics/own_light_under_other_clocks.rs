@@ -153,7 +153,7 @@ fn own_path(scene: &Scene, scans: u64) -> PathStatistics {
 /// come back, and fits scatter as is expected.
 #[test]
 fn two_sensors_that_slip_nearly_as_the_reference_steps_do_not_mislead() {
-    let scans = repeated(60, 600);
+    let scans = repeated(30, 600);
     let own = own_path(&beside_two_sensors(EstimatorKind::Model), scans);
     assert_eq!(own.missed_scans, 0, "of {scans}");
     let (found, expected) = (own.std_m.expect("a number"), own.expected_std_m.expect("a number"));
@@ -172,11 +172,11 @@ fn the_largest_correlation_of_other_clocks_codes_is_refused() {
     {
         let mut scene = beside_two_sensors(estimator);
         scene.hardware.parallel = parallel;
-        let lit = own_path(&scene, 20);
+        let lit = own_path(&scene, repeated(8, 20));
         let refused = lit.refused_fraction.expect("of scans");
-        assert!(lit.estimates == 20 && refused < 0.4, "{estimator:?}, {parallel}: {lit:?}");
+        assert!(refused < 0.4, "{estimator:?}, {parallel}: {lit:?}");
         scene.sources[0].mean_power_w *= 1e-9;
-        let dark = own_path(&scene, 40);
+        let dark = own_path(&scene, repeated(12, 40));
         let refused = dark.refused_fraction.expect("of scans");
         let given = (1.0 - refused) * dark.estimates as f64;
         assert!(given <= 1.0, "{estimator:?}, {parallel}: {dark:?}");

@@ -241,9 +241,7 @@ impl<'s> Darkness<'s> {
 
     /// The height of what looks most like the code's light, as a sum of counts that is as far off and as even, and its law.
     fn height(&self, laws: &[CountLaw], signed: &[f64]) -> (CountLaw, f64) {
-        let shape = self
-            .shape
-            .get_or_init(|| PeakShape::of(self.sensor, self.sensor.reference(self.detector), None));
+        let shape = self.shape.get_or_init(|| PeakShape::of(self.sensor, self.detector, None));
         let excess: Vec<f64> =
             signed.iter().zip(laws).map(|(count, law)| count - law.mean).collect();
         let (step, height) = shape.best_match(&excess);

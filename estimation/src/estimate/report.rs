@@ -23,6 +23,9 @@ use crate::photons::StepCount;
 use crate::scene::{DetectorIndex, EstimatorKind, PathIndex};
 use crate::sensor::Sensor;
 
+/// A share of misses that is not told.
+pub const SELDOM: f64 = 1e-3;
+
 /// The distance that a scan's counts give.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct EstimateReport {
@@ -56,6 +59,10 @@ pub struct EstimateReport {
     /// Its standard deviation from the counts' variances; of the model estimator no less
     /// than the bound.
     pub expected_std_m: Option<f64>,
+    /// Share of scans that [miss](crate::estimate::missed) the path, of which bias and standard deviation are not: null without an
+    /// expectation, and of a fit where the phase misses one scan in a thousand at most, as the fit then does, or where it is not
+    /// known.
+    pub expected_missed_fraction: Option<f64>,
     /// (error - expected bias) / expected standard deviation.
     pub deviation_in_std: Option<f64>,
     /// Whether the estimate agrees with its expectation, at a significance level of 1 in 10,000
@@ -293,7 +300,10 @@ impl<'s> Reporter<'s> {
         (report.bound_m, report.bound_kind, report.bound_remark) =
             bound_and_remark(sensor, path, tier, &theory.bound);
         match self.expectation(path, of_steps) {
-            Ok((errors, missed)) => report.hold_against(sensor, *errors, *missed),
+            Ok((errors, missed)) => {
+                report.expected_missed_fraction = missed.map(|(share, _)| share);
+                report.hold_against(sensor, *errors, *missed);
+            }
             Err(reason) => report.add_remark(&format!("no expectation: {reason}")),
         }
         let ratio = report.expected_std_m.zip(report.bound_m);
@@ -322,7 +332,7 @@ impl<'s> Reporter<'s> {
         let Estimator { sensor, detector, .. } = self.estimator;
         let (ExpectedErrors { bias_m, std_m }, missed) = match sensor.scene().estimator {
             EstimatorKind::Fft => self.expected_phase(path, of_steps)?,
-            EstimatorKind::Model => (self.expected_fit(path)?, None),
+            EstimatorKind::Model => (self.expected_fit(path)?, self.missed_by_fit(path)),
         };
         let delay_std_ps = sensor.scene().detectors[detector].delay_std_ps;
         let std_m = std_m.hypot(distance_m(delay_std_ps));
@@ -350,6 +360,16 @@ impl<'s> Reporter<'s> {
         check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
         let Prediction { bias_m, std_m, missed_fraction, .. } = *expected;
         Ok((ExpectedErrors { bias_m, std_m }, missed_fraction))
+    }
+
+    /// The share of scans of which the fit misses a path; `None` where the phase does so seldom.
+    fn missed_by_fit(&self, path: PathIndex) -> Option<f64> {
+        let Estimator { sensor, detector, tier, .. } = self.estimator;
+        let by_phase = self.theory(path).missed.first().copied().flatten();
+        match by_phase {
+            Some(share) if share <= SELDOM => None,
+            _ => *theory(sensor, detector, &[path], tier).missed.first()?,
+        }
     }
 
     fn expected_fit(&self, path: PathIndex) -> Result<ExpectedErrors, String> {

@@ -143,6 +143,17 @@ pub enum CodeError {
         /// The one value.
         chip: u8,
     },
+    /// Chips that come again within the code.
+    #[error(
+        "this code repeats after {period} of its {length} chips, and two distances would look alike; give \
+         it once, as {period} chips"
+    )]
+    RepeatedCode {
+        /// Chips after which it repeats.
+        period: usize,
+        /// All of its chips.
+        length: usize,
+    },
     /// The interleaving depth is too large.
     #[error("interleave {interleave} is outside 0 to {MAX_INTERLEAVE}")]
     InterleaveOutOfRange {
@@ -173,7 +184,9 @@ impl CodeError {
             | CodeError::MalformedSeed { .. }
             | CodeError::ZeroSeed { .. } => "seeds",
             CodeError::IndexOutOfRange { .. } => "index",
-            CodeError::MalformedChips | CodeError::ConstantCode { .. } => "chips",
+            CodeError::MalformedChips
+            | CodeError::ConstantCode { .. }
+            | CodeError::RepeatedCode { .. } => "chips",
             CodeError::InterleaveOutOfRange { .. } | CodeError::TooLong { .. } => "interleave",
         }
     }

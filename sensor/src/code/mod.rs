@@ -133,6 +133,13 @@ impl Code {
         if chips.iter().all(|&chip| chip == first) {
             return Err(CodeError::ConstantCode { chip: first });
         }
+        let length = chips.len();
+        let comes_again = |period: &usize| {
+            length.is_multiple_of(*period) && chips[*period..] == chips[..length - period]
+        };
+        if let Some(period) = (2..=length / 2).find(comes_again) {
+            return Err(CodeError::RepeatedCode { period, length });
+        }
         Ok(Code { chips: self::interleave(&chips, interleave), generator, interleave })
     }
 

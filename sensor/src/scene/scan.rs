@@ -251,6 +251,16 @@ pub(super) fn check_sums(root: &Section, scene: &Scene) {
              hardware.accumulate, or let the target stand still",
         );
     }
+    let sources = root.sections("source", usize::MAX);
+    for (section, _) in sources.iter().zip(&scene.sources).filter(|(_, it)| !it.clock.is_shared()) {
+        let key =
+            if section.get("clock_offset").is_some() { "clock_offset" } else { "clock_drift" };
+        section.report(
+            key,
+            "hardware.accumulate adds up scans, in each of which a code of another clock is elsewhere; \
+             leave out hardware.accumulate, or let the source share the clock",
+        );
+    }
 }
 
 #[cfg(test)]
@@ -291,5 +301,10 @@ mod tests {
         let moving = moving.replace("[hardware]", "[hardware]\naccumulate = 2");
         let error = parse("x.toml", &moving).expect_err("it moves").to_string();
         assert!(error.contains("hardware.accumulate adds up scans, in each of which"), "{error}");
+        let slipping = "accumulate = 2\n[[source]]\nname = \"other\"\n\
+                        code = { family = \"gold\", degree = 5, index = 3 }\nwavelength = \"783 nm\"\n\
+                        mean_power = \"2 pW\"\nclock_offset = \"10 ppm\"";
+        let error = quick(slipping).expect_err("its code is elsewhere");
+        assert!(error.contains("a code of another clock is elsewhere"), "{error}");
     }
 }

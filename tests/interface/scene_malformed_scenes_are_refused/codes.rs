@@ -183,6 +183,18 @@ fn chips_that_are_all_alike() {
 }
 
 #[test]
+fn chips_that_come_again() {
+    insta::assert_snapshot!(
+        refusal(r#"{ family = "gold", degree = 5 }"#, r#"{ family = "chips", chips = "010010" }"#),
+        @r#"
+    scenes/x.toml:7:36: source.code.chips: this code repeats after 3 of its 6 chips, and two distances would look alike; give it once, as 3 chips
+      7 | code = { family = "chips", chips = "010010" }
+        |                                    ^^^^^^^^
+    "#
+    );
+}
+
+#[test]
 fn chips_that_are_not_binary() {
     insta::assert_snapshot!(
         refusal(r#"{ family = "gold", degree = 5 }"#, r#"{ family = "chips", chips = "0120" }"#),

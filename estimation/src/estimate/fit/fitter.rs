@@ -181,15 +181,14 @@ impl Fitter<'_> {
     /// The step at which all counts look most like the path's.
     fn best_match(&self, signed: &[f64], counts: &[MeanCount]) -> Result<usize, FitError> {
         let timing = self.sensor.timing();
-        let code = self.sensor.reference(self.detector);
         let Some(slipping) = self.slipping()? else {
-            let shape = self.shape.get_or_init(|| PeakShape::of(self.sensor, code, None));
+            let shape = self.shape.get_or_init(|| PeakShape::of(self.sensor, self.detector, None));
             return Ok(shape.best_match(signed).0);
         };
         // Of constant light a count's variance is the number of detections.
         let detections = counts.iter().map(|count| count.total).sum::<f64>() / counts.len() as f64;
         let beside = |apart: usize| slipping.covariance_apart(timing, apart) / detections.max(1.0);
-        Ok(PeakShape::of(self.sensor, code, Some(&beside)).best_match(signed).0)
+        Ok(PeakShape::of(self.sensor, self.detector, Some(&beside)).best_match(signed).0)
     }
 
     /// The fit of the only path, at rest or moving.

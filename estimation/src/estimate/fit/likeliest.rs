@@ -35,6 +35,8 @@ const ROUNDS: usize = 4;
 /// Draws of normal sums, whose own error is 0.2 % of the standard deviation, and of photons, which take longer.
 const DRAWS: usize = 16_000;
 const DRAWS_OF_PHOTONS: usize = 4_000;
+/// As many as one product of matrices gives.
+const DRAWS_AT_ONCE: usize = 250;
 /// Of these one of so many at least has to find the path, for its statistics.
 const LEAST_FOUND: usize = 10;
 /// Sums over fewer photons that tell of the delay are not taken as normal. Of 1.7 million detections a second in 126 bins the
@@ -180,17 +182,19 @@ pub fn likeliest(
         for &delay in &delays {
             let apart = own(apart(delay)?);
             let apart = if are_few { beside_strength(apart) } else { apart };
-            let light = match &strength {
-                Some(here) if !are_few => here + &apart,
-                _ => 0.0 * &apart,
-            };
-            let light = scatter.tells(light, &apart);
-            let height = light.norm();
-            let light = light / height.max(f64::MIN_POSITIVE);
-            let along = apart.dot(&light);
+            let light = strength.as_ref().filter(|_| !are_few).map(|here| {
+                let light = scatter.tells(here + &apart, &apart);
+                let height = light.norm();
+                let light = light / height.max(f64::MIN_POSITIVE);
+                (StrengthThere { along: apart.dot(&light), height }, light)
+            });
             let (place, gain) = scatter.likelihood(apart);
-            places.extend([place, light]);
-            likelier.push(Likelier { gain, along, height });
+            places.push(place);
+            let strength = light.map(|(strength, light)| {
+                places.push(light);
+                strength
+            });
+            likelier.push(Likelier { gain, strength });
         }
         let next = drawn(scatter, &delays, found_within, &places, &likelier);
         let Some(next) = next else { return Ok(None) };
@@ -206,19 +210,26 @@ pub fn likeliest(
 struct Likelier {
     /// On average, with the true strength.
     gain: f64,
-    /// How far the means are from the true ones along the direction of the strength, and how far light is from none.
+    /// Of a strength that is found with the delay.
+    strength: Option<StrengthThere>,
+}
+
+/// The direction in which the means move with the strength.
+struct StrengthThere {
+    /// How far the means are from the true ones along it.
     along: f64,
+    /// How far light is from none.
     height: f64,
 }
 
 impl Likelier {
-    /// With what errors add to the likelihood, and in the direction of the strength: of the likeliest strength.
-    fn with(&self, added: f64, in_strength: f64) -> f64 {
-        if self.height == 0.0 {
-            return self.gain + added;
-        }
-        let higher = (in_strength - self.along).max(-self.height);
-        self.gain + added + (in_strength - self.along - 0.5 * higher) * higher
+    /// With what errors add to the likelihood, and, next, in the direction of the strength: of the likeliest strength.
+    fn with(&self, errors: &mut impl Iterator<Item = f64>) -> f64 {
+        let likelier = self.gain + errors.next().unwrap_or_default();
+        let Some(StrengthThere { along, height }) = self.strength else { return likelier };
+        let more = errors.next().unwrap_or_default() - along;
+        let higher = more.max(-height);
+        likelier + (more - 0.5 * higher) * higher
     }
 }
 
@@ -234,16 +245,15 @@ fn drawn(
 ) -> Option<NormalLaw> {
     let information = places[0].norm_squared();
     let errors = Errors::new(scatter, places)?;
-    let least_found = errors.draws() / LEAST_FOUND;
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED);
     let [mut linear, mut likeliest] = [Vec::new(), Vec::new()];
-    for _ in 0..errors.draws() {
-        let of_delays = errors.draw(&mut rng);
-        linear.push(of_delays[0] / information);
-        let added = of_delays[1..].chunks_exact(2).zip(likelier);
-        let likelihood: Vec<f64> = added.map(|(of, delay)| delay.with(of[0], of[1])).collect();
+    errors.draw(&mut Xoshiro256PlusPlus::seed_from_u64(SEED), |sums| {
+        linear.push(sums[0] / information);
+        let mut of_delays = sums[1..].iter().copied();
+        let likelihood: Vec<f64> =
+            likelier.iter().map(|delay| delay.with(&mut of_delays)).collect();
         likeliest.push(maximum(delays, &likelihood));
-    }
+    });
+    let least_found = linear.len() / LEAST_FOUND;
     likeliest.retain(|delay| delay.abs() < found_within);
     if likeliest.len() < least_found {
         return None;
@@ -261,8 +271,8 @@ fn drawn(
 /// What errors of the counts add to the slope and to each likelihood.
 enum Errors {
     /// Sums of so many errors that they are normal: the factor of their covariance.
-    Normal(Vec<Vec<f64>>),
-    /// Of few photons: what one in each bin adds, and the mean of it all.
+    Normal(DMatrix<f64>),
+    /// Of few photons: what one in each bin adds, bin by bin, and the mean of it all.
     Photons { fall: Fall, each: DMatrix<f64>, mean: DVector<f64> },
 }
 
@@ -275,13 +285,6 @@ enum Fall {
 }
 
 impl Errors {
-    fn draws(&self) -> usize {
-        match self {
-            Errors::Normal(_) => DRAWS,
-            Errors::Photons { .. } => DRAWS_OF_PHOTONS,
-        }
-    }
-
     fn new(scatter: &Scatter, places: &[DVector<f64>]) -> Option<Errors> {
         if let Scatter::Poisson(means) = *scatter
             && scatter.is_of_few(places[0].as_slice())
@@ -297,24 +300,32 @@ impl Errors {
         let covariance = places.tr_mul(&places);
         let rows: Vec<Vec<f64>> =
             covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
-        Some(Errors::Normal(correlating(&rows, 0.0)?))
+        let factor = correlating(&rows, 0.0)?;
+        let entry = |row: usize, column: usize| factor[row].get(column).copied().unwrap_or(0.0);
+        Some(Errors::Normal(DMatrix::from_fn(rows.len(), rows.len(), entry)))
     }
 
-    fn draw(&self, rng: &mut Xoshiro256PlusPlus) -> Vec<f64> {
+    /// Gives `each_draw` the sums of one scan's errors after another's.
+    fn draw(&self, rng: &mut Xoshiro256PlusPlus, mut each_draw: impl FnMut(&[f64])) {
         match self {
             Errors::Normal(factor) => {
-                let errors: Vec<f64> = factor.iter().map(|_| StandardNormal.sample(rng)).collect();
-                let of_row = |row: &Vec<f64>| row.iter().zip(&errors).map(|(l, z)| l * z).sum();
-                factor.iter().map(of_row).collect()
+                let places = factor.nrows();
+                for _ in 0..DRAWS / DRAWS_AT_ONCE {
+                    let of_draw = |_, _| StandardNormal.sample(rng);
+                    let sums = factor * DMatrix::from_fn(places, DRAWS_AT_ONCE, of_draw);
+                    sums.as_slice().chunks_exact(places).for_each(&mut each_draw);
+                }
             }
             Errors::Photons { fall, each, mean } => {
-                let mut sums: Vec<f64> = mean.iter().map(|mean| -mean).collect();
-                fall.draw(rng, |bin, photons| {
-                    for (sum, one) in sums.iter_mut().zip(&each.column(bin)) {
-                        *sum += photons * one;
-                    }
-                });
-                sums
+                let places = mean.len();
+                for _ in 0..DRAWS_OF_PHOTONS {
+                    let mut sums: Vec<f64> = mean.iter().map(|mean| -mean).collect();
+                    fall.draw(rng, |bin, photons| {
+                        let one = &each.as_slice()[bin * places..][..places];
+                        sums.iter_mut().zip(one).for_each(|(sum, one)| *sum += photons * one);
+                    });
+                    each_draw(&sums);
+                }
             }
         }
     }

@@ -2,6 +2,7 @@
 //! the path, and at the rate.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use goldtof_fft::num_complex::Complex64;
@@ -9,13 +10,12 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::parameters::{FitParameters, PathParameters, share_of_ones};
 use super::template::{Template, real, spectrum};
-use crate::code::Code;
 use crate::estimate::phase::{estimate_at, first_maximum};
 use crate::estimate::{CountingTier, NoEstimate, calibration_offset_ps};
 use crate::photons::DeadTime;
 use crate::response::MeanCount;
 use crate::scan::{Group, Grouping, Step};
-use crate::scene::DetectorIndex;
+use crate::scene::{Detector, DetectorIndex, JitterTail};
 use crate::sensor::Sensor;
 
 /// Least share of the light that a start attributes to the path.
@@ -82,7 +82,7 @@ pub fn start(
     })
 }
 
-/// What a path of a code adds to the signed counts of a scan, ready to be held against them by least squares with the
+/// What a path of the detector's own code adds to the signed counts of a scan, as blurred as the jitter makes it, ready to be held against them by least squares with the
 /// counts' scatter: steps that share their light go together, and so do all under light of other clocks.
 ///
 /// Steps are on a circle, the code period; those of a part of it are on one of twice as many, the other half empty.
@@ -101,6 +101,22 @@ pub struct PeakShape {
     pub terms: f64,
 }
 
+/// What jitter, its mean taken off, leaves of a wave of so many radians per ps, by the characteristic function of its law.
+fn blurred(spad: &Detector, wave_per_ps: f64) -> Complex64 {
+    let delayed = |by_ps: f64| Complex64::cis(-wave_per_ps * by_ps);
+    let tail = match &spad.jitter_tail {
+        JitterTail::None => Complex64::ONE,
+        JitterTail::Exponential { share, time_constant_ps } => {
+            (1.0 - share) + share / Complex64::new(1.0, wave_per_ps * time_constant_ps)
+        }
+        JitterTail::Measured(curve) => {
+            curve.points.iter().map(|[time_ps, share]| *share * delayed(*time_ps)).sum()
+        }
+    };
+    let gaussian = (-0.5 * (wave_per_ps * spad.jitter_std_ps()).powi(2)).exp();
+    gaussian * tail * delayed(-spad.jitter_tail.mean_ps())
+}
+
 /// Runs of so many steps whose scatter goes together, as that of no others does.
 #[derive(Debug)]
 struct Together {
@@ -116,8 +132,13 @@ impl PeakShape {
     /// `beside` is the covariance that the signed counts of two steps so far apart have on average over a scan beside that of
     /// constant light, in units of the variance by that. With it steps that share their light are weighed as they are on average over
     /// where they are in their groups, which finds somewhat less than the covariance of each group.
-    pub fn of(sensor: &Sensor, code: &Code, beside: Option<&dyn Fn(usize) -> f64>) -> PeakShape {
+    pub fn of(
+        sensor: &Sensor,
+        detector: DetectorIndex,
+        beside: Option<&dyn Fn(usize) -> f64>,
+    ) -> PeakShape {
         let (scan, clock) = (&sensor.timing().scan, sensor.clock());
+        let code = sensor.reference(detector);
         let steps = scan.steps as usize;
         let circle = if scan.is_full() { steps } else { 2 * steps };
         let template = Template::new(code, code, 0.0).expect("a code is as long as itself");
@@ -127,6 +148,12 @@ impl PeakShape {
             false => place as f64 - circle as f64,
         };
         let mut shape = spectrum((0..circle).map(|place| at(behind(place))));
+        let turn_ps = circle as f64 * clock.sample_period_ps();
+        for (place, of) in shape.iter_mut().enumerate() {
+            let turns =
+                if 2 * place <= circle { place as f64 } else { place as f64 - circle as f64 };
+            *of *= blurred(&sensor.scene().detectors[detector], TAU * turns / turn_ps);
+        }
         let signs = 2.0 * code.weight() as f64 - code.len() as f64;
         let of_signs = |apart: usize| (2.0 * at(apart as f64) - signs) / code.len() as f64;
         let whitening = beside.map(|beside| {
@@ -311,7 +338,7 @@ mod tests {
     }
 
     fn shape(sensor: &Sensor) -> PeakShape {
-        PeakShape::of(sensor, sensor.reference(DetectorIndex(0)), None)
+        PeakShape::of(sensor, DetectorIndex(0), None)
     }
 
     /// Least squares of height and constant at each step, with the shape from the samples and each sum written out.

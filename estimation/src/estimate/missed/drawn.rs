@@ -18,7 +18,7 @@ use crate::estimate::fit::start::PeakShape;
 use crate::estimate::phase::{estimate_at, first_maximum};
 use crate::estimate::truth::Asked;
 use crate::math::correlating;
-use crate::scan::{self, Scan, Step, Timing};
+use crate::scan::{self, Scan, Step};
 use crate::scene::EstimatorKind;
 use crate::sensor::Sensor;
 
@@ -113,12 +113,16 @@ pub(super) fn missed(counts: &ExpectedCounts, target: &MissConditions) -> Option
     let Asked { sensor, detector, .. } = target.asked;
     let scans = scans(sensor);
     let is_model = sensor.scene().estimator == EstimatorKind::Model;
-    let shape = is_model.then(|| PeakShape::of(sensor, sensor.reference(detector), None));
+    let start = is_model.then(|| {
+        let shape = PeakShape::of(sensor, detector, None);
+        let expected_ps = target.step_error_ps(shape.best_match(&counts.signed()).0);
+        (shape, target.recovered_ps(expected_ps))
+    });
     let draws = (0..scans).into_par_iter().filter(|scan| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan);
         let (mut values, mut normal) = (Vec::with_capacity(counts.means.len()), Vec::new());
         groups.iter().for_each(|group| values.extend(group.draw(&mut rng, &mut normal)));
-        target.found_in(&values, shape.as_ref())
+        target.found_in(&values, start.as_ref())
     });
     Some(1.0 - draws.count() as f64 / scans as f64)
 }
@@ -135,16 +139,27 @@ fn work_per_count(sensor: &Sensor) -> u64 {
 }
 
 impl MissConditions<'_> {
+    /// What a fit makes up of its start's error, where the expected counts have one so large: a peak that jitter blurs and dead
+    /// time bends looks most like the path beside it, and leads to it from there.
+    fn recovered_ps(&self, expected_ps: f64) -> f64 {
+        let clock = self.asked.sensor.clock();
+        let blurred_ps = clock.sample_period_ps() * self.leading() as f64;
+        match blurred_ps > clock.chip_period_ps && expected_ps.abs() <= blurred_ps {
+            true => expected_ps,
+            false => 0.0,
+        }
+    }
+
     /// Whether the estimator finds the path in a scan's counts. The model estimator's
-    /// fit goes to the peak that its coarse stage has found.
-    fn found_in(&self, values: &[f64], shape: Option<&PeakShape>) -> bool {
+    /// fit goes to the peak that its start is at, but for what it [makes up](Self::recovered_ps).
+    fn found_in(&self, values: &[f64], start: Option<&(PeakShape, f64)>) -> bool {
         let zeros = values.iter().filter(|&&value| value == 0.0).count();
         if values.iter().all(|&value| value <= 0.0) && 2 * zeros > values.len() {
             return false;
         }
-        if let Some(shape) = shape {
-            let step_ps = self.step_error_ps(shape.best_match(values).0);
-            return self.accepts(self.measured_ps + step_ps, 1.0);
+        if let Some((shape, recovered_ps)) = start {
+            let start_ps = self.step_error_ps(shape.best_match(values).0);
+            return self.accepts(self.measured_ps + start_ps - recovered_ps, 1.0);
         }
         let timing = self.asked.sensor.timing();
         let estimate = estimate_at(values, first_maximum(values), timing, 0.0);
@@ -184,13 +199,13 @@ fn groups_of_scan(counts: &ExpectedCounts, target: &MissConditions) -> Option<Ve
 }
 
 /// Mean and standard deviation of the delay's errors, in ps, of scans whose largest count is
-/// within a chip of step `peak`; none where few of those have a fine estimate.
+/// [near](MissConditions::leading) step `peak`; none where few of those have a fine estimate.
 pub(super) fn errors_ps(
     counts: &ExpectedCounts,
     target: &MissConditions,
     peak: usize,
 ) -> Option<(f64, f64)> {
-    let near = near(target.asked.sensor.timing(), peak);
+    let near = target.near(peak);
     let groups = groups_of_steps(counts, target, &near, peak)?;
     errors_of_groups_ps(&counts.signed(), &groups, target, peak)
 }
@@ -203,7 +218,7 @@ pub(super) fn errors_of_values_ps<E>(
     target: &MissConditions,
     peak: usize,
 ) -> Result<Option<(f64, f64)>, E> {
-    let near = near(target.asked.sensor.timing(), peak);
+    let near = target.near(peak);
     let steps: Vec<Step> = near.iter().map(|&step| Step::at(step)).collect();
     let covariance = covariance(&steps)?;
     let laws =
@@ -212,10 +227,21 @@ pub(super) fn errors_of_values_ps<E>(
     Ok(group.and_then(|group| errors_of_groups_ps(values, &[group], target, peak)))
 }
 
-/// Steps whose values decide the estimate of scans that have their largest within a chip of the
-/// peak, in the scan's order.
-fn near(timing: &Timing, peak: usize) -> Vec<usize> {
-    around(&timing.scan, peak, 2 * i64::from(timing.clock.samples_per_chip))
+impl MissConditions<'_> {
+    /// As far from the expected peak as the largest count of scans that find the path is looked for, in phase steps: a chip, and
+    /// as much farther as jitter blurs the peak.
+    fn leading(&self) -> i64 {
+        let clock = self.asked.sensor.clock();
+        let blurred_chips = (2.0 * clock.chips(self.spad().jitter_std_ps())).floor();
+        i64::from(clock.samples_per_chip) * (1 + blurred_chips as i64)
+    }
+
+    /// Steps whose values decide the estimate of these scans, in the scan's order.
+    fn near(&self, peak: usize) -> Vec<usize> {
+        let timing = self.asked.sensor.timing();
+        let window = i64::from(timing.clock.samples_per_chip);
+        around(&timing.scan, peak, self.leading() + window)
+    }
 }
 
 fn errors_of_groups_ps(
@@ -225,8 +251,8 @@ fn errors_of_groups_ps(
     peak: usize,
 ) -> Option<(f64, f64)> {
     let timing = target.asked.sensor.timing();
-    let leading = around(&timing.scan, peak, i64::from(timing.clock.samples_per_chip));
-    let near = near(timing, peak);
+    let leading = around(&timing.scan, peak, target.leading());
+    let near = target.near(peak);
     let error_ps = |(values, normal): &mut (Vec<f64>, Vec<f64>), scan: u64| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED_FOR_ERRORS + scan);
         let mut steps = near.iter();
