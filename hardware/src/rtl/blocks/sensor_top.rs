@@ -255,7 +255,7 @@ impl Logic for SensorTop {
         let samples = self.samples;
         for d in 0..self.channel.len() {
             self.channel[d].i_samples.next = if self.io.combiner.is_empty() {
-                self.io.i_samples.val().slice(samples * d, samples)
+                self.io.pulses.val().slice(samples * d, samples)
             } else {
                 self.io.combiner[d].o_level.val()
             };
@@ -312,7 +312,7 @@ impl Logic for SensorTop {
         for a in 0..self.array.len() {
             for d in 0..self.detectors {
                 self.array[a].i_samples[d].next = if self.io.combiner.is_empty() {
-                    self.io.i_samples.val().slice(samples * d, samples)
+                    self.io.pulses.val().slice(samples * d, samples)
                 } else {
                     self.io.combiner[d].o_level.val()
                 };
