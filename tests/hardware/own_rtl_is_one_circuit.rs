@@ -29,7 +29,7 @@ fn edited(folder: &Path, lines: &str, laser: &str) -> (Option<i32>, Value, Strin
     (output.status.code(), report, String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-const WIRE: &str = "    wire        transmit_chip;\n";
+const WIRE: &str = "    wire        transmit_chip, ";
 const LASER: &str = "o_laser <= transmit_chip;";
 
 #[test]

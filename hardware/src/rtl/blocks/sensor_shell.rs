@@ -115,9 +115,9 @@ pub struct SensorShell {
     #[is(if is_set { CodeSource::seeded(code, seed_of(&interface, code)) } else { CodeSource::new(code, 0, reloads) })]
     pub(super) transmit: Vec<CodeSource>,
     /// chips on their way to the lasers
-    #[each(_stage in 0..if is_set { CHIPS_AHEAD } else { 0 })]
-    #[width(codes.of_sources.len())]
-    pub(super) ahead: Vec<Register<Word>>,
+    #[when(is_set)]
+    #[width(CHIPS_AHEAD as usize * codes.of_sources.len())]
+    pub(super) ahead: Optional<Register<Word>>,
     /// first chips of the reference's code on their way
     #[when(is_set)]
     #[width(CHIPS_AHEAD as u32)]
