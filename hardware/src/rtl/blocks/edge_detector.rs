@@ -12,8 +12,8 @@ use crate::rtl::front::prelude::*;
 /// Of two neighbouring samples at most one is a rising edge, and it is the earlier one exactly when that
 /// sample is high: two bits say all about a pair.
 ///
-/// The last sample of a word is kept outside scans too, so that a pulse that began before a scan is no
-/// hit of it.
+/// The last sample of a word is kept outside scans too, so that a pulse that began before a scan
+/// does not count in it.
 ///
 /// - Latency: 1 clock
 pub struct EdgeDetector {

@@ -75,9 +75,8 @@ pub struct RegisterFile {
     peak_bits: (u32, u32),
     #[set(plan.word_bits() as usize)]
     word_bits: usize,
-    /// Number of the last setting.
-    #[set(plan.words() - 1)]
-    last_word: usize,
+    #[set((0..1 << plan.word_bits()).map(|word| (IDENTITY_WORDS..plan.words()).contains(&word).into()).collect())]
+    which_are_settings: Vec<u8>,
     #[set(plan.peaks as usize)]
     peaks: usize,
     #[set(peaks > 0)]
@@ -142,6 +141,8 @@ pub struct RegisterFile {
     pub i_target_lost: Optional<Input<bool>>,
     #[is(RegisterMemory::new(&initial, plan.word_bits(), "identification and settings"))]
     memory: RegisterMemory,
+    #[is(BitTable::new(which_are_settings.clone(), plan.word_bits(), "Words that a host may write"))]
+    settable: BitTable,
     /// a write takes place
     write: Register<bool>,
     /// it is to a setting
@@ -280,10 +281,10 @@ impl Logic for RegisterFile {
     fn find_registers(&mut self) {
         let above_words = ADDRESS_BITS as usize - 2 - self.word_bits;
         let above_state = PEAK_BIT - 3;
+        self.settable.address.next = self.io.s_axil_awaddr.val().slice(2, self.word_bits);
         self.to_setting.d.next =
             !self.io.s_axil_awaddr.val().slice(2 + self.word_bits, above_words).any()
-                & (self.io.s_axil_awaddr.val().slice(2, self.word_bits) >= IDENTITY_WORDS)
-                & (self.io.s_axil_awaddr.val().slice(2, self.word_bits) <= self.last_word);
+                & self.settable.data.val();
         self.to_state.d.next = !self.io.s_axil_awaddr.val().get_bit(STATE_BIT + 1)
             & self.io.s_axil_awaddr.val().get_bit(STATE_BIT)
             & !self.io.s_axil_awaddr.val().slice(PEAK_BIT, 2).any()

@@ -413,12 +413,12 @@ impl Logic for TargetTracker {
         if self.stage.val().get_bit(self.divided) {
             self.lit.next = self.is_any.val() & !self.is_dim.val();
         }
+        if self.stage.val().get_bit(self.halved - 1) {
+            self.missed.next = (self.missed.val() + 1) & signed_cast(!self.lit.val());
+        }
         if self.stage.val().get_bit(self.halved - 1) & self.lit.val() {
             self.light.next =
                 self.light.val() + bit_cast(signed_cast(self.gained.val()), self.sum_bits);
-            self.missed.next = 0.into();
-        } else if self.stage.val().get_bit(self.halved - 1) {
-            self.missed.next = self.missed.val() + 1;
         }
         if self.found.val() {
             self.lit.next = self.i_peak_count.val().any()
