@@ -32,7 +32,7 @@ pub const QUICK: &[Fault] = &[
     ("scan_controller.v", "CHIP_COUNT_FIRST = 12'hfff", "CHIP_COUNT_FIRST = 12'h7ff"),
     ("scan_controller.v", "STEP_COUNT_END   = 8'h42", "STEP_COUNT_END   = 8'h84"),
     ("scan_controller.v", "STEP_COUNT_FIRST = 8'hff", "STEP_COUNT_FIRST = 8'h7f"),
-    ("scan_controller.v", "o_run <= 1'b0", "o_run <= 1'b1"),
+    ("scan_controller.v", "} <= 0;", "} <= 0; o_run <= 1'b1;"),
     ("scan_controller.v", "o_pre_last_chip & last_step_r", "o_pre_last_chip"),
     ("scan_controller.v", "o_dump = step_done_r[4]", "o_dump = step_done_r[3]"),
     ("scan_controller.v", "o_counted = step_done_r[5]", "o_counted = step_done_r[4]"),
