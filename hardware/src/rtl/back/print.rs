@@ -196,12 +196,14 @@ fn port_list(sheet: &Sheet, is_top: bool) -> String {
     out
 }
 
-/// Declarations of which like neighbours without a comment are one.
+/// Declarations of which like neighbours without a comment are one; outputs have a line each, by which
+/// proofs find them.
 fn sharing_lines(all: impl Iterator<Item = Declaration>) -> Vec<Declaration> {
     let mut out: Vec<Declaration> = Vec::new();
     for one in all {
         if let Some(before) = out.last_mut()
             && [&*before, &one].iter().all(|one| one.about.is_empty())
+            && !one.kind.starts_with("output")
             && (before.kind, &before.width, &before.heading) == (one.kind, &one.width, &one.heading)
             && before.name.len() + 2 + one.name.len() <= MOST_NAMES
         {
