@@ -227,6 +227,6 @@ fn register(address: u32) -> Result<u16, String> {
         .ok()
         .filter(|address| *address < 1 << 12 && address.is_multiple_of(4))
         .ok_or_else(|| {
-            format!("{address:#x} is no register: addresses are multiples of 4 below 0x1000")
+            format!("{address:#x} is not a register: addresses are multiples of 4 below 0x1000")
         })
 }

@@ -252,7 +252,7 @@ fn wrong_addresses_and_ports_are_refused_in_words() {
     let errors = String::from_utf8_lossy(&errors).into_owned();
     assert!(
         errors.starts_with(
-            "error: TAPS of SEED_0 would be 0x1f, which is no primitive polynomial of degree 5: "
+            "error: TAPS of SEED_0 would be 0x1f, which is not a primitive polynomial of degree 5: "
         ),
         "{errors}"
     );

@@ -15,8 +15,7 @@ module gold_generator #(
     // bit 0
     parameter [10:0] V_LOAD = 11'h7ff
 ) (
-    input  wire i_clk,
-    input  wire i_rst,
+    input  wire i_clk, i_rst,
 
     input  wire i_advance, // go on to the next chip
 
@@ -32,12 +31,11 @@ module gold_generator #(
     // v: an LFSR of the polynomial 11,8,5,2,0 (exponents)
     localparam [10:0] V_TAPS = 11'h249;
 
-    reg  [10:0] u_r;
-    reg  [10:0] v_r;
+    reg  [10:0] u_r, v_r;
 
     assign o_chip = u_r[0] ^ v_r[0];
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             u_r <= U_LOAD;
             o_epoch <= 1'b1;
@@ -47,7 +45,6 @@ module gold_generator #(
             u_r <= {^(u_r & U_TAPS), u_r[10:1]};
             v_r <= {^(v_r & V_TAPS), v_r[10:1]};
         end
-    end
 
 `ifndef SYNTHESIS
     lfsr_check #(

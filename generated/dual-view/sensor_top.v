@@ -37,24 +37,18 @@ module sensor_top (
 
     localparam [21:0] TRANSMIT_V_LOAD = {11'h1ff, 11'h7ff};
 
-    wire [1:0]  chips;
-    wire        unused_transmit_epoch;    // not every bit has another use; linters know by the name
-    wire [1:0]  transmit_epoch;
-    wire        controller_run;
-    wire        controller_pre_last_chip;
-    wire        controller_last_chip;
-    wire        controller_dump;
-    wire        controller_counted;
-    wire        controller_scan_counted;
+    wire [1:0]  chips, transmit_epoch;
+    wire        controller_run, controller_pre_last_chip, controller_last_chip;
+    wire        controller_dump, controller_counted, controller_scan_counted;
     wire [16:0] channel_count;
     genvar g;
 
-    assign unused_transmit_epoch = &transmit_epoch;
+    // not every bit has another use; linters know by the name
+    wire unused_transmit_epoch = &transmit_epoch;
 
     for (g = 0; g < 2; g = g + 1) begin : gen_transmit
         gold_generator #(.V_LOAD(TRANSMIT_V_LOAD[11*g +: 11])) transmit (
-            .i_clk     (i_clk),
-            .i_rst     (i_rst),
+            .i_clk (i_clk), .i_rst (i_rst),
             .i_advance (1'b1),
             .o_chip    (chips[g]),
             .o_epoch   (transmit_epoch[g])
@@ -62,8 +56,7 @@ module sensor_top (
     end
 
     scan_controller controller (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .o_run           (controller_run),
         .o_pre_last_chip (controller_pre_last_chip),
         .o_last_chip     (controller_last_chip),
@@ -73,8 +66,7 @@ module sensor_top (
     );
 
     detector_channel channel (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_samples       (i_samples),
         .i_run           (controller_run),
         .i_pre_last_chip (controller_pre_last_chip),
@@ -84,8 +76,7 @@ module sensor_top (
     );
 
     result_stream results (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_count   (channel_count),
         .i_counted (controller_counted),
         .i_last    (controller_scan_counted),
@@ -96,7 +87,7 @@ module sensor_top (
         .o_overrun (o_overrun)
     );
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             o_laser <= 2'd0;
             o_epoch <= 1'b0;
@@ -104,7 +95,6 @@ module sensor_top (
             o_laser <= chips;
             o_epoch <= transmit_epoch[0];
         end
-    end
 
 endmodule
 

@@ -12,8 +12,7 @@
 `default_nettype none
 
 module bin_bank (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     // Rows
     input  wire [10:0] i_row,        // row of the present word
@@ -36,23 +35,22 @@ module bin_bank (
     output wire [2:0]  o_read        // bin of the row that was read
 );
 
-    reg         writes_r;         // to be written
-    reg         lowest_r;         // lowest bit of what is written
-    wire [1:0]  memory_i_write;
+    reg         writes_r; // to be written
+    reg         lowest_r; // lowest bit of what is written
     wire [21:0] memory_i_address;
-    // memories that go on: the one that counts, and the other with its reader
-    wire [1:0]  goes;
-    wire [2:0]  written;          // what is written
     wire [5:0]  memory_word;
+    wire [1:0]  memory_write;
     genvar g;
 
-    assign memory_i_write[0] = writes_r & ~i_write_half;
-    assign memory_i_write[1] = writes_r & i_write_half;
+    // memories that go on: the one that counts, and the other with its reader
+    wire [1:0] goes = {i_go | i_half, i_go | ~i_half};
+    wire [2:0] written = {i_above, lowest_r}; // what is written
+
     assign memory_i_address[10:0] = i_half ? i_read_row : i_row;
     assign memory_i_address[21:11] = i_half ? i_row : i_read_row;
     assign o_read = i_half ? o_bin : o_other;
-    assign goes = {i_go | i_half, i_go | ~i_half};
-    assign written = {i_above, lowest_r};
+    assign memory_write[0] = writes_r & ~i_write_half;
+    assign memory_write[1] = writes_r & i_write_half;
 
     for (g = 0; g < 2; g = g + 1) begin : gen_memory
         // bins, one for each row
@@ -61,8 +59,8 @@ module bin_bank (
             .ADDRESS_BITS(11),
             .BITS(3)
         ) memory (
-            .i_clk           (i_clk),
-            .i_write         (memory_i_write[g]),
+            .i_clk (i_clk),
+            .i_write         (memory_write[g]),
             .i_write_address (i_write_row),
             .i_data          (written),
             .i_read          (goes[g]),
@@ -71,32 +69,18 @@ module bin_bank (
         );
     end
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
-            o_bin <= 3'd0;
-            o_other <= 3'd0;
-            writes_r <= 1'b0;
-            lowest_r <= 1'b0;
+            {o_bin, o_other, writes_r, lowest_r} <= 0;
         end else begin
             writes_r <= i_hit | i_first;
             lowest_r <= i_hit;
-            if (~i_lowest) begin
-                lowest_r <= 1'b0;
-            end
-            if (goes[0]) begin
-                o_bin <= memory_word[2:0];
-            end
-            if (goes[1]) begin
-                o_other <= memory_word[5:3];
-            end
-            if (~i_come_hit & ~i_come_half) begin
-                o_bin <= 3'd0;
-            end
-            if (~i_come_hit & i_come_half) begin
-                o_other <= 3'd0;
-            end
+            if (~i_lowest) lowest_r <= 1'b0;
+            if (goes[0]) o_bin <= memory_word[2:0];
+            if (goes[1]) o_other <= memory_word[5:3];
+            if (~i_come_hit & ~i_come_half) o_bin <= 3'd0;
+            if (~i_come_hit & i_come_half) o_other <= 3'd0;
         end
-    end
 
 endmodule
 

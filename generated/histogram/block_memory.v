@@ -49,9 +49,7 @@ module block_memory #(
             assign o_word = word_r;
 
             always @(posedge i_clk) begin
-                if (i_write) begin
-                    words[i_write_address] <= i_data;
-                end
+                if (i_write) words[i_write_address] <= i_data;
                 if (i_read) begin
                     read_r <= words[i_address];
                     word_r <= read_r;

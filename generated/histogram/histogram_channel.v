@@ -7,8 +7,7 @@
 `default_nettype none
 
 module histogram_channel (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire [7:0]  i_samples,     // level of the SPAD, bit 0 earliest
     input  wire        i_run,         // words count
@@ -28,8 +27,7 @@ module histogram_channel (
     output wire [63:0] o_bins         // bins of the row that was read, 8 bits each, bit 0 earliest
 );
 
-    wire [3:0]  edges_hits;
-    wire [3:0]  edges_early;
+    wire [3:0]  edges_hits, edges_early;
     wire [23:0] adder_bins;
 
     assign o_bins =
@@ -38,29 +36,20 @@ module histogram_channel (
         5'd0, adder_bins[2:0]};
 
     edge_detector edges (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
-        .i_samples (i_samples),
-        .i_run     (i_run),
+        .i_clk (i_clk), .i_rst (i_rst),
+        .i_samples (i_samples), .i_run (i_run),
         .o_hits    (edges_hits),
         .o_early   (edges_early)
     );
 
     bin_adder adder (
-        .i_clk         (i_clk),
-        .i_rst         (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_hits        (edges_hits),
         .i_early       (edges_early),
-        .i_row         (i_row),
-        .i_half        (i_half),
-        .i_read_row    (i_read_row),
-        .i_go          (i_go),
-        .i_come_half   (i_come_half),
-        .i_held_first  (i_held_first),
-        .i_held_half   (i_held_half),
-        .i_added_first (i_added_first),
-        .i_write_row   (i_write_row),
-        .i_write_half  (i_write_half),
+        .i_row (i_row), .i_half (i_half), .i_read_row (i_read_row), .i_go (i_go),
+        .i_come_half (i_come_half), .i_held_first (i_held_first), .i_held_half (i_held_half),
+        .i_added_first (i_added_first), .i_write_row (i_write_row),
+        .i_write_half (i_write_half),
         .o_bins        (adder_bins)
     );
 

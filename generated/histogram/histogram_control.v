@@ -13,8 +13,7 @@
 `default_nettype none
 
 module histogram_control (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire        i_ready,       // the receiver takes a row
 
@@ -61,12 +60,12 @@ module histogram_control (
     reg  [2:0]  out_r;
     reg  [2:0]  last_out_r;       // it is a frame's last
     reg         room_r;           // none waits
-    wire        ends;             // the last row of a frame
-    wire [3:0]  next_period;      // the next one, and above it whether the present one is all ones
-    wire        busy;             // rows of the frame before are still to be taken
 
-    assign ends = row_is_last_r & period_is_last_r;
-    assign next_period = {1'b0, period_r} + 4'd1;
+    wire       ends = row_is_last_r & period_is_last_r; // the last row of a frame
+    // the next one, and above it whether the present one is all ones
+    wire [3:0] next_period = {1'b0, period_r} + 4'd1;
+    wire       busy = reads_r | (|out_r) | ~o_go; // rows of the frame before are still to be taken
+
     assign o_held_first = first_before_r[2];
     assign o_added_first = first_before_r[4];
     assign o_write_row = row_before_r[65:55];
@@ -74,41 +73,22 @@ module histogram_control (
     assign o_held_half = half_before_r[2];
     assign o_write_half = half_before_r[5];
     assign o_go = room_r | i_ready;
-    assign busy = reads_r | (|out_r) | ~o_go;
     assign o_shows = o_go & out_r[2];
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
-            o_run <= 1'b0;
-            ahead_r <= 11'd0;
-            ahead_is_last_r <= 1'b0;
-            o_row <= 11'd0;
-            row_is_last_r <= 1'b0;
+            {o_run, ahead_r, ahead_is_last_r, o_row, row_is_last_r, period_is_last_r, o_half,
+            row_before_r, half_before_r, reads_r, o_read_row, read_is_last_r, out_r, last_out_r,
+            o_valid, o_last, o_overrun} <= 0;
             period_r <= FIRST_PERIOD;
-            period_is_last_r <= 1'b0;
             first_r <= 1'b1;
-            o_half <= 1'b0;
-            row_before_r <= 66'd0;
-            half_before_r <= 6'd0;
             first_before_r <= {5{1'b1}};
-            reads_r <= 1'b0;
-            o_read_row <= 11'd0;
-            read_is_last_r <= 1'b0;
-            out_r <= 3'd0;
-            last_out_r <= 3'd0;
-            o_valid <= 1'b0;
             room_r <= 1'b1;
-            o_last <= 1'b0;
-            o_overrun <= 1'b0;
         end else begin
             o_run <= 1'b1;
             ahead_is_last_r <= ahead_r == LAST_ROW_BUT_ONE;
-            if (o_run) begin
-                ahead_r <= ahead_r + 11'd1;
-            end
-            if (ahead_is_last_r) begin
-                ahead_r <= 11'd0;
-            end
+            if (o_run) ahead_r <= ahead_r + 11'd1;
+            if (ahead_is_last_r) ahead_r <= 11'd0;
             o_row <= ahead_r;
             row_is_last_r <= ahead_is_last_r;
             period_is_last_r <= next_period[3];
@@ -116,9 +96,7 @@ module histogram_control (
                 first_r <= period_is_last_r;
                 period_r <= next_period[2:0];
             end
-            if (ends) begin
-                period_r <= FIRST_PERIOD;
-            end
+            if (ends) period_r <= FIRST_PERIOD;
             row_before_r <= {row_before_r[54:0], o_row};
             first_before_r <= {first_before_r[3:0], first_r};
             half_before_r <= {half_before_r[4:0], o_half};
@@ -127,15 +105,11 @@ module histogram_control (
                 last_out_r <= {last_out_r[1:0], read_is_last_r};
                 o_valid <= out_r[2];
                 room_r <= ~out_r[2];
-                if (out_r[2]) begin
-                    o_last <= last_out_r[2];
-                end
+                if (out_r[2]) o_last <= last_out_r[2];
                 if (reads_r) begin
                     read_is_last_r <= o_read_row == LAST_ROW_BUT_ONE;
                     o_read_row <= o_read_row + 11'd1;
-                    if (read_is_last_r) begin
-                        o_read_row <= 11'd0;
-                    end
+                    if (read_is_last_r) o_read_row <= 11'd0;
                     reads_r <= ~read_is_last_r;
                 end
             end
@@ -143,11 +117,8 @@ module histogram_control (
                 o_half <= ~o_half;
                 reads_r <= 1'b1;
             end
-            if (ends & busy) begin
-                o_overrun <= 1'b1;
-            end
+            if (ends & busy) o_overrun <= 1'b1;
         end
-    end
 
 endmodule
 

@@ -41,33 +41,21 @@ module sensor_top (
     output wire        o_overrun      // a frame was lost since reset
 );
 
-    wire        transmit_chip;
-    wire        transmit_epoch;
-    wire        control_run;
-    wire [10:0] control_row;
-    wire        control_half;
-    wire        control_come_half;
-    wire        control_held_first;
-    wire        control_held_half;
-    wire        control_added_first;
-    wire [10:0] control_write_row;
-    wire        control_write_half;
-    wire [10:0] control_read_row;
-    wire        control_go;
-    wire        control_shows;
+    wire        transmit_chip, transmit_epoch, control_run, control_half, control_come_half;
+    wire        control_held_first, control_held_half, control_added_first;
+    wire        control_write_half, control_go, control_shows;
+    wire [10:0] control_row, control_write_row, control_read_row;
     wire [63:0] channel_bins;
 
     gold_generator transmit (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_advance (1'b1),
         .o_chip    (transmit_chip),
         .o_epoch   (transmit_epoch)
     );
 
     histogram_control control (
-        .i_clk         (i_clk),
-        .i_rst         (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_ready       (m_axis_tready),
         .o_run         (control_run),
         .o_row         (control_row),
@@ -87,8 +75,7 @@ module sensor_top (
     );
 
     histogram_channel channel (
-        .i_clk         (i_clk),
-        .i_rst         (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_samples     (i_samples),
         .i_run         (control_run),
         .i_row         (control_row),
@@ -104,7 +91,7 @@ module sensor_top (
         .o_bins        (channel_bins)
     );
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             o_laser <= 1'b0;
             o_epoch <= 1'b0;
@@ -112,11 +99,8 @@ module sensor_top (
         end else begin
             o_laser <= transmit_chip;
             o_epoch <= transmit_epoch;
-            if (control_shows) begin
-                m_axis_tdata <= channel_bins;
-            end
+            if (control_shows) m_axis_tdata <= channel_bins;
         end
-    end
 
 endmodule
 

@@ -11,8 +11,7 @@
 module accumulator #(
     parameter BITS = 21 // bits of the total, 4 or more
 ) (
-    input  wire              i_clk,
-    input  wire              i_rst,
+    input  wire              i_clk, i_rst,
 
     input  wire [3:0]        i_addend, // what to add, signed
     input  wire              i_dump,   // the total holds the last addend of a phase step
@@ -25,13 +24,12 @@ module accumulator #(
         accumulator_takes_BITS_of_4_or_more refused ();
     end
 
-    reg  [BITS - 1:0] total_r;    // sum of all addends, modulo its width
-    reg  [BITS - 1:0] base_r;     // total at the last dump
-    wire [BITS - 1:0] difference;
+    reg  [BITS - 1:0] total_r; // sum of all addends, modulo its width
+    reg  [BITS - 1:0] base_r;  // total at the last dump
 
-    assign difference = total_r - base_r;
+    wire [BITS - 1:0] difference = total_r - base_r;
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             total_r <= {BITS{1'b0}};
             base_r <= {BITS{1'b0}};
@@ -43,7 +41,6 @@ module accumulator #(
                 o_count <= difference;
             end
         end
-    end
 
 endmodule
 

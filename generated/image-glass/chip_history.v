@@ -6,8 +6,7 @@
 `default_nettype none
 
 module chip_history (
-    input  wire       i_clk,
-    input  wire       i_rst,
+    input  wire       i_clk, i_rst,
 
     input  wire       i_chip,    // next chip of the reference
     input  wire       i_wrap,    // last chip of a step; the next delays by a chip more
@@ -21,18 +20,13 @@ module chip_history (
 
     assign o_advance = ~i_wrap;
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             o_chips <= CHIPS_LOAD;
         end else begin
-            if (~i_wrap) begin
-                o_chips <= {o_chips[0], i_chip};
-            end
-            if (i_start) begin
-                o_chips <= CHIPS_LOAD;
-            end
+            if (~i_wrap) o_chips <= {o_chips[0], i_chip};
+            if (i_start) o_chips <= CHIPS_LOAD;
         end
-    end
 
 endmodule
 

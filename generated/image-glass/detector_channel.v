@@ -8,8 +8,7 @@
 `default_nettype none
 
 module detector_channel (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire [7:0]  i_samples,       // level of the SPAD, bit 0 earliest
     input  wire        i_run,           // the present chip belongs to a scan
@@ -22,20 +21,16 @@ module detector_channel (
     output wire [19:0] o_total          // hits of a phase step, up and down together
 );
 
-    wire       reference_chip;
-    wire       reference_epoch_unused;
-    wire       stepper_advance;
+    wire       reference_chip, reference_epoch_unused, stepper_advance;
     wire [7:0] stepper_window;
-    wire [3:0] edges_hits;
-    wire [3:0] edges_early;
+    wire [3:0] edges_hits, edges_early;
 
     gold_generator #(
         .U_LOAD(7'h3f),
         .U_LAST(7'h7f),
         .V_LOAD(7'h3f)
     ) reference (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_advance (stepper_advance),
         .i_load    (i_start),
         .o_chip    (reference_chip),
@@ -43,41 +38,32 @@ module detector_channel (
     );
 
     phase_stepper stepper (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_chip          (reference_chip),
-        .i_pre_last_chip (i_pre_last_chip),
-        .i_last_chip     (i_last_chip),
-        .i_start         (i_start),
+        .i_pre_last_chip (i_pre_last_chip), .i_last_chip (i_last_chip), .i_start (i_start),
         .o_advance       (stepper_advance),
         .o_window        (stepper_window)
     );
 
     edge_detector edges (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
-        .i_samples (i_samples),
-        .i_run     (i_run),
+        .i_clk (i_clk), .i_rst (i_rst),
+        .i_samples (i_samples), .i_run (i_run),
         .o_hits    (edges_hits),
         .o_early   (edges_early)
     );
 
     updown_correlator correlator (
-        .i_clk       (i_clk),
-        .i_rst       (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_hits      (edges_hits),
         .i_early     (edges_early),
         .i_reference (stepper_window),
-        .i_dump      (i_dump),
-        .o_count     (o_count)
+        .i_dump (i_dump), .o_count (o_count)
     );
 
     hit_counter total (
-        .i_clk   (i_clk),
-        .i_rst   (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_hits  (edges_hits),
-        .i_dump  (i_dump),
-        .o_total (o_total)
+        .i_dump (i_dump), .o_total (o_total)
     );
 
 endmodule

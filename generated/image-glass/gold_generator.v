@@ -20,8 +20,7 @@ module gold_generator #(
     // bit 0
     parameter [6:0] V_LOAD = 7'h7f
 ) (
-    input  wire i_clk,
-    input  wire i_rst,
+    input  wire i_clk, i_rst,
 
     input  wire i_advance, // go on to the next chip
     input  wire i_load,    // start again as after reset; wins over i_advance
@@ -36,12 +35,11 @@ module gold_generator #(
     // v: an LFSR of the polynomial 7,5,3,1,0 (exponents)
     localparam [6:0] V_TAPS = 7'h55;
 
-    reg  [6:0] u_r;
-    reg  [6:0] v_r;
+    reg  [6:0] u_r, v_r;
 
     assign o_chip = u_r[0] ^ v_r[0];
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             u_r <= U_LOAD;
             o_epoch <= 1'b1;
@@ -58,7 +56,6 @@ module gold_generator #(
                 v_r <= V_LOAD;
             end
         end
-    end
 
 `ifndef SYNTHESIS
     lfsr_check #(

@@ -10,8 +10,7 @@
 `default_nettype none
 
 module hit_counter (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire [3:0]  i_hits, // pairs of samples with a hit
     input  wire        i_dump, // the total has just taken in a step's last hits
@@ -23,28 +22,22 @@ module hit_counter (
     wire [3:0] addend; // hits of one word
 
     quad_counter quad (
-        .i_clk  (i_clk),
-        .i_rst  (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_hit  (hit_r),
         .i_down (4'd0),
         .o_sum  (addend)
     );
 
     accumulator #(.BITS(20)) total (
-        .i_clk    (i_clk),
-        .i_rst    (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_addend (addend),
         .i_dump   (i_dump),
         .o_count  (o_total)
     );
 
-    always @(posedge i_clk) begin
-        if (i_rst) begin
-            hit_r <= 4'd0;
-        end else begin
-            hit_r <= i_hits;
-        end
-    end
+    always @(posedge i_clk)
+        if (i_rst) hit_r <= 4'd0;
+        else hit_r <= i_hits;
 
 endmodule
 

@@ -9,8 +9,7 @@
 `default_nettype none
 
 module phase_stepper (
-    input  wire       i_clk,
-    input  wire       i_rst,
+    input  wire       i_clk, i_rst,
 
     input  wire       i_chip,          // next chip of the reference
     input  wire       i_pre_last_chip, // the present chip is the last but one of a phase step
@@ -25,22 +24,17 @@ module phase_stepper (
     wire       lanes_wrap;
 
     chip_history chips (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_chip    (i_chip),
         .i_wrap    (lanes_wrap),
-        .i_start   (i_start),
-        .o_advance (o_advance),
+        .i_start (i_start), .o_advance (o_advance),
         .o_chips   (chips_chips)
     );
 
     lane_delay lanes (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_chips         (chips_chips),
-        .i_pre_last_chip (i_pre_last_chip),
-        .i_last_chip     (i_last_chip),
-        .i_start         (i_start),
+        .i_pre_last_chip (i_pre_last_chip), .i_last_chip (i_last_chip), .i_start (i_start),
         .o_wrap          (lanes_wrap),
         .o_window        (o_window)
     );

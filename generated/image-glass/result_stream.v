@@ -12,8 +12,7 @@
 `default_nettype none
 
 module result_stream (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire [20:0] i_count,   // count of the step, signed
     input  wire [19:0] i_total,   // total count of the group's steps
@@ -27,24 +26,18 @@ module result_stream (
     output reg         o_overrun  // a result was lost since reset
 );
 
-    reg  [20:0] count_r;      // the result
-    reg  [19:0] total_r;      // the result's total count
-    wire        blocked;
-    wire        load;
-    wire [23:0] signed_count; // the count, signed, in whole bytes
+    reg  [20:0] count_r; // the result
+    reg  [19:0] total_r; // the result's total count
 
-    assign blocked = o_valid & ~i_ready;
-    assign load = i_counted & ~blocked;
-    assign signed_count = {{3{count_r[20]}}, count_r};
+    wire        blocked = o_valid & ~i_ready;
+    wire        load = i_counted & ~blocked;
+    wire [23:0] signed_count = {{3{count_r[20]}}, count_r}; // the count, signed, in whole bytes
+
     assign o_data = {4'd0, total_r, signed_count};
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
-            count_r <= 21'd0;
-            total_r <= 20'd0;
-            o_valid <= 1'b0;
-            o_last <= 1'b0;
-            o_overrun <= 1'b0;
+            {count_r, total_r, o_valid, o_last, o_overrun} <= 0;
         end else begin
             if (load) begin
                 count_r <= i_count;
@@ -52,11 +45,8 @@ module result_stream (
                 o_last <= i_last;
             end
             o_valid <= i_counted | blocked;
-            if (i_counted & blocked) begin
-                o_overrun <= 1'b1;
-            end
+            if (i_counted & blocked) o_overrun <= 1'b1;
         end
-    end
 
 endmodule
 

@@ -36,14 +36,8 @@ module sensor_top (
     output wire        o_overrun      // a result was lost since reset
 );
 
-    wire        transmit_chip;
-    wire        transmit_epoch;
-    wire        controller_run;
-    wire        controller_pre_last_chip;
-    wire        controller_last_chip;
-    wire        controller_start;
-    wire        controller_dump;
-    wire        controller_counted;
+    wire        transmit_chip, transmit_epoch, controller_run, controller_pre_last_chip;
+    wire        controller_last_chip, controller_start, controller_dump, controller_counted;
     wire        controller_scan_counted;
     wire [20:0] channel_count;
     wire [19:0] channel_total;
@@ -53,8 +47,7 @@ module sensor_top (
         .U_LAST(7'h7e),
         .V_LOAD(7'h7f)
     ) transmit (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_advance (1'b1),
         .i_load    (1'b0),
         .o_chip    (transmit_chip),
@@ -62,8 +55,7 @@ module sensor_top (
     );
 
     scan_controller controller (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_epoch         (transmit_epoch),
         .o_run           (controller_run),
         .o_pre_last_chip (controller_pre_last_chip),
@@ -75,8 +67,7 @@ module sensor_top (
     );
 
     detector_channel channel (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_samples       (i_samples),
         .i_run           (controller_run),
         .i_pre_last_chip (controller_pre_last_chip),
@@ -88,8 +79,7 @@ module sensor_top (
     );
 
     result_stream results (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_count   (channel_count),
         .i_total   (channel_total),
         .i_counted (controller_counted),
@@ -101,7 +91,7 @@ module sensor_top (
         .o_overrun (o_overrun)
     );
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             o_laser <= 1'b0;
             o_epoch <= 1'b0;
@@ -109,7 +99,6 @@ module sensor_top (
             o_laser <= transmit_chip;
             o_epoch <= transmit_epoch;
         end
-    end
 
 endmodule
 

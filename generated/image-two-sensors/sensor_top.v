@@ -37,20 +37,15 @@ module sensor_top (
 
     localparam [13:0] TRANSMIT_V_LOAD = {7'h5f, 7'h7f};
 
-    wire [1:0]  chips;
-    wire        unused_transmit_epoch;    // not every bit has another use; linters know by the name
-    wire [1:0]  transmit_epoch;
-    wire        controller_run;
-    wire        controller_pre_last_chip;
-    wire        controller_last_chip;
-    wire        controller_start;
-    wire        controller_dump;
-    wire        controller_counted;
+    wire [1:0]  chips, transmit_epoch;
+    wire        controller_run, controller_pre_last_chip, controller_last_chip;
+    wire        controller_start, controller_dump, controller_counted;
     wire        controller_scan_counted;
     wire [20:0] channel_count;
     genvar g;
 
-    assign unused_transmit_epoch = &transmit_epoch;
+    // not every bit has another use; linters know by the name
+    wire unused_transmit_epoch = &transmit_epoch;
 
     for (g = 0; g < 2; g = g + 1) begin : gen_transmit
         gold_generator #(
@@ -58,8 +53,7 @@ module sensor_top (
             .U_LAST(7'h7e),
             .V_LOAD(TRANSMIT_V_LOAD[7*g +: 7])
         ) transmit (
-            .i_clk     (i_clk),
-            .i_rst     (i_rst),
+            .i_clk (i_clk), .i_rst (i_rst),
             .i_advance (1'b1),
             .i_load    (1'b0),
             .o_chip    (chips[g]),
@@ -68,8 +62,7 @@ module sensor_top (
     end
 
     scan_controller controller (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_epoch         (transmit_epoch[0]),
         .o_run           (controller_run),
         .o_pre_last_chip (controller_pre_last_chip),
@@ -81,8 +74,7 @@ module sensor_top (
     );
 
     detector_channel channel (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_samples       (i_samples),
         .i_run           (controller_run),
         .i_pre_last_chip (controller_pre_last_chip),
@@ -93,8 +85,7 @@ module sensor_top (
     );
 
     result_stream results (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_count   (channel_count),
         .i_counted (controller_counted),
         .i_last    (controller_scan_counted),
@@ -105,7 +96,7 @@ module sensor_top (
         .o_overrun (o_overrun)
     );
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             o_laser <= 2'd0;
             o_epoch <= 1'b0;
@@ -113,7 +104,6 @@ module sensor_top (
             o_laser <= chips;
             o_epoch <= transmit_epoch[0];
         end
-    end
 
 endmodule
 

@@ -9,8 +9,7 @@
 `default_nettype none
 
 module updown_correlator (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire [3:0]  i_hits,      // pairs of samples with a hit
     input  wire [3:0]  i_early,     // the hit is the earlier sample of its pair
@@ -33,22 +32,19 @@ module updown_correlator (
     end
 
     quad_counter quad (
-        .i_clk  (i_clk),
-        .i_rst  (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_hit  (hit_r),
         .i_down (down_r),
         .o_sum  (addend)
     );
 
     accumulator total (
-        .i_clk    (i_clk),
-        .i_rst    (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_addend (addend),
-        .i_dump   (i_dump),
-        .o_count  (o_count)
+        .i_dump (i_dump), .o_count (o_count)
     );
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             hit_r <= 4'd0;
             down_r <= 4'd0;
@@ -56,7 +52,6 @@ module updown_correlator (
             down_r <= i_hits & ~((i_early & early_reference) | (~i_early & late_reference));
             hit_r <= i_hits;
         end
-    end
 
 endmodule
 

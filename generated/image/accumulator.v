@@ -9,8 +9,7 @@
 `default_nettype none
 
 module accumulator (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire [3:0]  i_addend, // what to add, signed
     input  wire        i_dump,   // the total holds the last addend of a phase step
@@ -18,13 +17,12 @@ module accumulator (
     output reg  [18:0] o_count   // growth within the last phase step
 );
 
-    reg  [18:0] total_r;    // sum of all addends, modulo its width
-    reg  [18:0] base_r;     // total at the last dump
-    wire [18:0] difference;
+    reg  [18:0] total_r; // sum of all addends, modulo its width
+    reg  [18:0] base_r;  // total at the last dump
 
-    assign difference = total_r - base_r;
+    wire [18:0] difference = total_r - base_r;
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             total_r <= 19'd0;
             base_r <= 19'd0;
@@ -36,7 +34,6 @@ module accumulator (
                 o_count <= difference;
             end
         end
-    end
 
 endmodule
 

@@ -9,8 +9,7 @@
 `default_nettype none
 
 module quad_counter (
-    input  wire       i_clk,
-    input  wire       i_rst,
+    input  wire       i_clk, i_rst,
 
     input  wire [3:0] i_hit,  // pairs with a hit
     input  wire [3:0] i_down, // those whose hit counts down
@@ -18,19 +17,18 @@ module quad_counter (
     output reg  [3:0] o_sum   // hits that count up less hits that count down, signed
 );
 
-    reg  [2:0] hits_r;
-    reg  [2:0] downs_r;
-    wire       two_hits;  // or three
-    wire       two_downs; // or three
+    reg  [2:0] hits_r, downs_r;
 
-    assign two_hits =
+    // or three
+    wire two_hits =
         (i_hit[0] & i_hit[1]) ^ (i_hit[2] & i_hit[3])
         ^ ((i_hit[0] ^ i_hit[1]) & (i_hit[2] ^ i_hit[3]));
-    assign two_downs =
+    // or three
+    wire two_downs =
         (i_down[0] & i_down[1]) ^ (i_down[2] & i_down[3])
         ^ ((i_down[0] ^ i_down[1]) & (i_down[2] ^ i_down[3]));
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             hits_r <= 3'd0;
             downs_r <= 3'd0;
@@ -40,7 +38,6 @@ module quad_counter (
             downs_r <= {&i_down, two_downs, ^i_down};
             o_sum <= {1'b0, hits_r} - {downs_r, 1'b0};
         end
-    end
 
 endmodule
 

@@ -14,8 +14,7 @@
 `default_nettype none
 
 module scan_controller (
-    input  wire i_clk,
-    input  wire i_rst,
+    input  wire i_clk, i_rst,
 
     input  wire i_epoch,         // the next clock is the first of a code period
 
@@ -40,11 +39,11 @@ module scan_controller (
 
     reg  [15:0] chip_count_r;
     reg  [6:0]  step_count_r;
-    reg         last_step_r;        // the present step is the scan's last
-    reg         scan_last_chip_r;   // the present chip is the scan's last
-    reg         may_start_r;        // the present chip is a scan's last, or belongs to none
-    reg  [5:0]  step_done_r;        // bit n: a step's last chip was n + 1 clocks ago
-    reg  [5:0]  scan_done_r;        // bit n: a scan's last chip was n + 1 clocks ago
+    reg         last_step_r;      // the present step is the scan's last
+    reg         scan_last_chip_r; // the present chip is the scan's last
+    reg         may_start_r;      // the present chip is a scan's last, or belongs to none
+    reg  [5:0]  step_done_r;      // bit n: a step's last chip was n + 1 clocks ago
+    reg  [5:0]  scan_done_r;      // bit n: a scan's last chip was n + 1 clocks ago
     wire        chip_count_matched;
 
     assign o_start = i_epoch & may_start_r;
@@ -53,33 +52,24 @@ module scan_controller (
     assign o_dump = step_done_r[4];
 
     state_match chip_count_match (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_state   (chip_count_r),
         .i_wanted  (CHIP_COUNT_END),
         .o_matched (chip_count_matched)
     );
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
-            o_run <= 1'b0;
+            {o_run, o_pre_last_chip, o_last_chip, last_step_r, scan_last_chip_r, step_done_r,
+            scan_done_r} <= 0;
             chip_count_r <= CHIP_COUNT_FIRST;
-            o_pre_last_chip <= 1'b0;
-            o_last_chip <= 1'b0;
             step_count_r <= STEP_COUNT_FIRST;
-            last_step_r <= 1'b0;
-            scan_last_chip_r <= 1'b0;
             may_start_r <= 1'b1;
-            step_done_r <= 6'd0;
-            scan_done_r <= 6'd0;
         end else begin
             o_last_chip <= o_pre_last_chip;
             scan_last_chip_r <= o_pre_last_chip & last_step_r;
-            if (o_start) begin
-                o_run <= 1'b1;
-            end else if (scan_last_chip_r) begin
-                o_run <= 1'b0;
-            end
+            if (o_start) o_run <= 1'b1;
+            else if (scan_last_chip_r) o_run <= 1'b0;
             may_start_r <=
                 (o_pre_last_chip & last_step_r) | ~(o_start | (o_run & ~scan_last_chip_r));
             o_pre_last_chip <= o_run & chip_count_matched;
@@ -97,7 +87,6 @@ module scan_controller (
             step_done_r <= {step_done_r[4:0], o_last_chip};
             scan_done_r <= {scan_done_r[4:0], scan_last_chip_r};
         end
-    end
 
 `ifndef SYNTHESIS
     lfsr_check #(

@@ -13,24 +13,19 @@ module cell_combiner (
     output wire [3:0]  o_level    // level of the detector, bit 0 earliest
 );
 
-    wire [3:0] sum_0;     // their sums, as far as these matter
-    wire [3:0] carry_0;   // and their carries
-    wire [3:0] carry_1;
-    wire [3:0] sum_1;
-    wire [3:0] carry_2;
-    wire [7:0] addends_1;
-    wire [7:0] addends_2;
-
-    assign sum_0 = i_samples[3:0] ^ i_samples[7:4] ^ i_samples[11:8];
-    assign carry_0 =
+    // their sums, as far as these matter
+    wire [3:0] sum_0 = i_samples[3:0] ^ i_samples[7:4] ^ i_samples[11:8];
+    // and their carries
+    wire [3:0] carry_0 =
         (i_samples[3:0] & i_samples[7:4])
         | (i_samples[11:8] & (i_samples[3:0] | i_samples[7:4]));
-    assign carry_1 = addends_1[3:0] & addends_1[7:4];
-    assign sum_1 = addends_2[3:0] ^ addends_2[7:4];
-    assign carry_2 = addends_2[3:0] & addends_2[7:4];
+    wire [7:0] addends_1 = {sum_0, i_samples[15:12]};
+    wire [3:0] carry_1 = addends_1[3:0] & addends_1[7:4];
+    wire [7:0] addends_2 = {carry_1, carry_0};
+    wire [3:0] sum_1 = addends_2[3:0] ^ addends_2[7:4];
+    wire [3:0] carry_2 = addends_2[3:0] & addends_2[7:4];
+
     assign o_level = sum_1 | carry_2;
-    assign addends_1 = {sum_0, i_samples[15:12]};
-    assign addends_2 = {carry_1, carry_0};
 
 endmodule
 

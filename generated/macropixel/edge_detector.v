@@ -4,7 +4,7 @@
 // when that sample is high: two bits say all about a pair.
 //
 // The last sample of a word is kept outside scans too, so that a pulse that began before a scan
-// is no hit of it.
+// does not count in it.
 //
 // Latency  1 clock
 // Made by  goldtof emit macropixel.toml (goldtof 0.1.0)
@@ -12,8 +12,7 @@
 `default_nettype none
 
 module edge_detector (
-    input  wire       i_clk,
-    input  wire       i_rst,
+    input  wire       i_clk, i_rst,
 
     input  wire [3:0] i_samples, // level of the SPAD, bit 0 earliest
     input  wire       i_run,     // the word belongs to a scan
@@ -22,16 +21,13 @@ module edge_detector (
     output reg  [1:0] o_early    // the hit is the earlier sample of its pair
 );
 
-    reg        last_sample_r; // of the word before
-    wire [3:0] rising;
-    wire [1:0] pairs;
-    wire [1:0] earlier;
+    reg  last_sample_r; // of the word before
 
-    assign rising = i_samples & ~{i_samples[2:0], last_sample_r} & {4{i_run}};
-    assign pairs = {rising[2] | rising[3], rising[0] | rising[1]};
-    assign earlier = {i_samples[2], i_samples[0]};
+    wire [3:0] rising = i_samples & ~{i_samples[2:0], last_sample_r} & {4{i_run}};
+    wire [1:0] pairs = {rising[2] | rising[3], rising[0] | rising[1]};
+    wire [1:0] earlier = {i_samples[2], i_samples[0]};
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             last_sample_r <= 1'b0;
             o_hits <= 2'd0;
@@ -41,7 +37,6 @@ module edge_detector (
             o_hits <= pairs;
             o_early <= earlier;
         end
-    end
 
 endmodule
 

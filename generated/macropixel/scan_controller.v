@@ -15,8 +15,7 @@
 `default_nettype none
 
 module scan_controller (
-    input  wire i_clk,
-    input  wire i_rst,
+    input  wire i_clk, i_rst,
 
     output reg  o_run,           // the present chip belongs to a scan
     output reg  o_pre_last_chip, // it is the last but one of a phase step
@@ -48,17 +47,12 @@ module scan_controller (
     assign o_scan_counted = scan_done_r[4];
     assign o_dump = step_done_r[3];
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
-            o_run <= 1'b0;
+            {o_run, o_pre_last_chip, o_last_chip, last_step_r, scan_last_chip_r, step_done_r,
+            scan_done_r} <= 0;
             chip_count_r <= CHIP_COUNT_RESET;
-            o_pre_last_chip <= 1'b0;
-            o_last_chip <= 1'b0;
             step_count_r <= STEP_COUNT_FIRST;
-            last_step_r <= 1'b0;
-            scan_last_chip_r <= 1'b0;
-            step_done_r <= 5'd0;
-            scan_done_r <= 5'd0;
         end else begin
             o_last_chip <= o_pre_last_chip;
             scan_last_chip_r <= o_pre_last_chip & last_step_r;
@@ -78,7 +72,6 @@ module scan_controller (
             step_done_r <= {step_done_r[3:0], o_last_chip};
             scan_done_r <= {scan_done_r[3:0], scan_last_chip_r};
         end
-    end
 
 `ifndef SYNTHESIS
     lfsr_check #(

@@ -36,13 +36,8 @@ module sensor_top (
 );
 
     wire [3:0]  combiner_level;
-    wire        transmit_chip;
-    wire        transmit_epoch;
-    wire        controller_run;
-    wire        controller_pre_last_chip;
-    wire        controller_last_chip;
-    wire        controller_dump;
-    wire        controller_counted;
+    wire        transmit_chip, transmit_epoch, controller_run, controller_pre_last_chip;
+    wire        controller_last_chip, controller_dump, controller_counted;
     wire        controller_scan_counted;
     wire [13:0] channel_count;
 
@@ -52,16 +47,14 @@ module sensor_top (
     );
 
     gold_generator transmit (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_advance (1'b1),
         .o_chip    (transmit_chip),
         .o_epoch   (transmit_epoch)
     );
 
     scan_controller controller (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .o_run           (controller_run),
         .o_pre_last_chip (controller_pre_last_chip),
         .o_last_chip     (controller_last_chip),
@@ -71,8 +64,7 @@ module sensor_top (
     );
 
     detector_channel channel (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_samples       (combiner_level),
         .i_run           (controller_run),
         .i_pre_last_chip (controller_pre_last_chip),
@@ -82,8 +74,7 @@ module sensor_top (
     );
 
     result_stream results (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_count   (channel_count),
         .i_counted (controller_counted),
         .i_last    (controller_scan_counted),
@@ -94,7 +85,7 @@ module sensor_top (
         .o_overrun (o_overrun)
     );
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             o_laser <= 1'b0;
             o_epoch <= 1'b0;
@@ -102,7 +93,6 @@ module sensor_top (
             o_laser <= transmit_chip;
             o_epoch <= transmit_epoch;
         end
-    end
 
 endmodule
 

@@ -9,8 +9,7 @@
 `default_nettype none
 
 module updown_correlator (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire [1:0]  i_hits,      // pairs of samples with a hit
     input  wire [1:0]  i_early,     // the hit is the earlier sample of its pair
@@ -20,24 +19,22 @@ module updown_correlator (
     output wire [13:0] o_count      // count of the last step, signed
 );
 
-    reg  [1:0] hit_r;           // pairs with a hit
-    reg  [1:0] down_r;          // pairs whose hit counts down
-    reg  [2:0] sum_r;           // signed count of two pairs
-    wire [1:0] early_reference; // reference of each pair's earlier sample
-    wire [1:0] late_reference;  // reference of each pair's later sample
+    reg  [1:0] hit_r;  // pairs with a hit
+    reg  [1:0] down_r; // pairs whose hit counts down
+    reg  [2:0] sum_r;  // signed count of two pairs
 
-    assign early_reference = {i_reference[2], i_reference[0]};
-    assign late_reference = {i_reference[3], i_reference[1]};
+    // reference of each pair's earlier sample
+    wire [1:0] early_reference = {i_reference[2], i_reference[0]};
+    // reference of each pair's later sample
+    wire [1:0] late_reference = {i_reference[3], i_reference[1]};
 
     accumulator total (
-        .i_clk    (i_clk),
-        .i_rst    (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_addend (sum_r),
-        .i_dump   (i_dump),
-        .o_count  (o_count)
+        .i_dump (i_dump), .o_count (o_count)
     );
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             hit_r <= 2'd0;
             down_r <= 2'd0;
@@ -47,7 +44,6 @@ module updown_correlator (
             hit_r <= i_hits;
             sum_r <= {down_r[0], down_r[0], hit_r[0]} + {down_r[1], down_r[1], hit_r[1]};
         end
-    end
 
 endmodule
 

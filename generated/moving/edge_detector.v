@@ -4,7 +4,7 @@
 // when that sample is high: two bits say all about a pair.
 //
 // The last sample of a word is kept outside scans too, so that a pulse that began before a scan
-// is no hit of it.
+// does not count in it.
 //
 // Latency  1 clock
 // Made by  goldtof emit moving.toml (goldtof 0.1.0)
@@ -12,8 +12,7 @@
 `default_nettype none
 
 module edge_detector (
-    input  wire       i_clk,
-    input  wire       i_rst,
+    input  wire       i_clk, i_rst,
 
     input  wire [7:0] i_samples, // level of the SPAD, bit 0 earliest
     input  wire       i_run,     // the word belongs to a scan
@@ -23,19 +22,17 @@ module edge_detector (
 );
 
     reg        last_sample_r; // of the word before
-    wire [7:0] rising;
-    wire [3:0] pairs;
-    wire [3:0] earlier;
+    wire [3:0] pairs, earlier;
     genvar g;
 
-    assign rising = i_samples & ~{i_samples[6:0], last_sample_r} & {8{i_run}};
+    wire [7:0] rising = i_samples & ~{i_samples[6:0], last_sample_r} & {8{i_run}};
 
     for (g = 0; g < 4; g = g + 1) begin : gen_pairs
         assign pairs[g] = rising[2*g] | rising[2*g + 1];
         assign earlier[g] = i_samples[2*g];
     end
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             last_sample_r <= 1'b0;
             o_hits <= 4'd0;
@@ -45,7 +42,6 @@ module edge_detector (
             o_hits <= pairs;
             o_early <= earlier;
         end
-    end
 
 endmodule
 

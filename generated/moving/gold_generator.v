@@ -21,8 +21,7 @@ module gold_generator #(
     // bit 0
     parameter [10:0] V_LOAD = 11'h7ff
 ) (
-    input  wire i_clk,
-    input  wire i_rst,
+    input  wire i_clk, i_rst,
 
     input  wire i_advance, // go on to the next chip
     input  wire i_load,    // start again as after reset; wins over i_advance
@@ -37,12 +36,11 @@ module gold_generator #(
     // v: an LFSR of the polynomial 11,8,5,2,0 (exponents)
     localparam [10:0] V_TAPS = 11'h249;
 
-    reg  [10:0] u_r;
-    reg  [10:0] v_r;
+    reg  [10:0] u_r, v_r;
 
     assign o_chip = u_r[0] ^ v_r[0];
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             u_r <= U_LOAD;
             o_epoch <= 1'b1;
@@ -59,7 +57,6 @@ module gold_generator #(
                 v_r <= V_LOAD;
             end
         end
-    end
 
 `ifndef SYNTHESIS
     lfsr_check #(

@@ -26,9 +26,8 @@ module lfsr_check #(
         integer place;
         begin
             times = {WIDTH{1'b0}};
-            for (place = WIDTH - 1; place >= 0; place = place - 1) begin
+            for (place = WIDTH - 1; place >= 0; place = place - 1)
                 times = times_x(times) ^ ({WIDTH{b[place]}} & a);
-            end
         end
     endfunction
 
@@ -40,9 +39,7 @@ module lfsr_check #(
             power = {{(WIDTH - 1){1'b0}}, 1'b1};
             for (place = 63; place >= 0; place = place - 1) begin
                 power = times(power, power);
-                if (shifts[place]) begin
-                    power = times_x(power);
-                end
+                if (shifts[place]) power = times_x(power);
             end
             for (place = 0; place < WIDTH; place = place + 1) begin
                 shifted[place] = ^(power & FIRST);
@@ -54,13 +51,11 @@ module lfsr_check #(
     // Elaboration works it out: a simulator that compiles has nothing to compile.
     localparam [WIDTH-1:0] REACHED = shifted(SHIFTS);
 
-    initial begin
+    initial
         if (REACHED != LAST) begin
-            $display("%m: %0d shifts lead from %h to %h, not to %h",
-                     SHIFTS, FIRST, REACHED, LAST);
+            $display("%m: %0d shifts lead from %h to %h, not to %h", SHIFTS, FIRST, REACHED, LAST);
             $finish;
         end
-    end
 
 endmodule
 

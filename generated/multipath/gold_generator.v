@@ -11,8 +11,7 @@
 `default_nettype none
 
 module gold_generator (
-    input  wire i_clk,
-    input  wire i_rst,
+    input  wire i_clk, i_rst,
 
     input  wire i_advance, // go on to the next chip
 
@@ -29,12 +28,11 @@ module gold_generator (
     localparam [10:0] V_TAPS = 11'h249;
     localparam [10:0] V_LOAD = 11'h7ff; // the first 11 chips, the earliest in bit 0
 
-    reg  [10:0] u_r;
-    reg  [10:0] v_r;
+    reg  [10:0] u_r, v_r;
 
     assign o_chip = u_r[0] ^ v_r[0];
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             u_r <= U_LOAD;
             o_epoch <= 1'b1;
@@ -44,7 +42,6 @@ module gold_generator (
             u_r <= {^(u_r & U_TAPS), u_r[10:1]};
             v_r <= {^(v_r & V_TAPS), v_r[10:1]};
         end
-    end
 
 `ifndef SYNTHESIS
     lfsr_check #(

@@ -10,8 +10,7 @@
 `default_nettype none
 
 module interleaver (
-    input  wire i_clk,
-    input  wire i_rst,
+    input  wire i_clk, i_rst,
 
     input  wire i_advance, // go on to the next chip
 
@@ -21,30 +20,22 @@ module interleaver (
 
     localparam SUBCHIP_LOAD = 1'b0; // that reset gives
 
-    reg  subchip_r;           // repetition of the generator's chip
-    wire generator_i_advance; // go on to the next chip
-    wire generator_chip;
-    wire generator_epoch;
+    reg  subchip_r; // repetition of the generator's chip
+    wire generator_chip, generator_epoch;
 
-    assign generator_i_advance = i_advance & subchip_r;
     assign o_chip = generator_chip ^ subchip_r;
     assign o_epoch = generator_epoch & (subchip_r == SUBCHIP_LOAD);
 
     gold_generator generator (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
-        .i_advance (generator_i_advance),
+        .i_clk (i_clk), .i_rst (i_rst),
+        .i_advance (i_advance & subchip_r),
         .o_chip    (generator_chip),
         .o_epoch   (generator_epoch)
     );
 
-    always @(posedge i_clk) begin
-        if (i_rst) begin
-            subchip_r <= SUBCHIP_LOAD;
-        end else if (i_advance) begin
-            subchip_r <= subchip_r + 1'b1;
-        end
-    end
+    always @(posedge i_clk)
+        if (i_rst) subchip_r <= SUBCHIP_LOAD;
+        else if (i_advance) subchip_r <= subchip_r + 1'b1;
 
 endmodule
 

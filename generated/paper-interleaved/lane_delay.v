@@ -10,8 +10,7 @@
 `default_nettype none
 
 module lane_delay (
-    input  wire       i_clk,
-    input  wire       i_rst,
+    input  wire       i_clk, i_rst,
 
     input  wire [1:0] i_chips,         // reference chips, the present one in bit 0
     input  wire       i_pre_last_chip, // the present chip is the last but one of a phase step
@@ -23,18 +22,14 @@ module lane_delay (
 
     localparam [6:0] DELAYED_LOAD = 7'h00; // after reset and at a scan's start
 
-    reg  [6:0] delayed_r;      // lanes that take the previous chip
-    wire [6:0] longer;         // those of the next step
-    wire [7:0] present;        // chip of each sample
-    wire [7:0] previous;       // chip of each sample that is delayed
-    wire [7:0] takes_previous;
+    reg  [6:0] delayed_r; // lanes that take the previous chip
 
-    assign longer = {delayed_r[5:0], 1'b1};
-    assign present = {8{i_chips[0]}};
-    assign previous = {i_chips[0], {7{i_chips[1]}}};
-    assign takes_previous = {1'b0, delayed_r};
+    wire [6:0] longer = {delayed_r[5:0], 1'b1}; // those of the next step
+    wire [7:0] present = {8{i_chips[0]}}; // chip of each sample
+    wire [7:0] previous = {i_chips[0], {7{i_chips[1]}}}; // chip of each sample that is delayed
+    wire [7:0] takes_previous = {1'b0, delayed_r};
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             delayed_r <= DELAYED_LOAD;
             o_wrap <= 1'b0;
@@ -42,13 +37,9 @@ module lane_delay (
         end else begin
             o_window <= (takes_previous & previous) | (~takes_previous & present);
             o_wrap <= i_pre_last_chip & delayed_r[6];
-            if (o_wrap) begin
-                delayed_r <= 7'd0;
-            end else if (i_last_chip) begin
-                delayed_r <= longer;
-            end
+            if (o_wrap) delayed_r <= 7'd0;
+            else if (i_last_chip) delayed_r <= longer;
         end
-    end
 
 endmodule
 

@@ -9,8 +9,7 @@
 `default_nettype none
 
 module result_stream (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire [16:0] i_count,   // count of the step, signed
     input  wire        i_counted, // new counts are there
@@ -24,30 +23,23 @@ module result_stream (
 );
 
     reg  [16:0] count_r; // the result
-    wire        blocked;
-    wire        load;
 
-    assign blocked = o_valid & ~i_ready;
-    assign load = i_counted & ~blocked;
+    wire blocked = o_valid & ~i_ready;
+    wire load = i_counted & ~blocked;
+
     assign o_data = {{7{count_r[16]}}, count_r};
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
-            count_r <= 17'd0;
-            o_valid <= 1'b0;
-            o_last <= 1'b0;
-            o_overrun <= 1'b0;
+            {count_r, o_valid, o_last, o_overrun} <= 0;
         end else begin
             if (load) begin
                 count_r <= i_count;
                 o_last <= i_last;
             end
             o_valid <= i_counted | blocked;
-            if (i_counted & blocked) begin
-                o_overrun <= 1'b1;
-            end
+            if (i_counted & blocked) o_overrun <= 1'b1;
         end
-    end
 
 endmodule
 

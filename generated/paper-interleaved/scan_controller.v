@@ -15,8 +15,7 @@
 `default_nettype none
 
 module scan_controller (
-    input  wire i_clk,
-    input  wire i_rst,
+    input  wire i_clk, i_rst,
 
     output reg  o_run,           // the present chip belongs to a scan
     output reg  o_pre_last_chip, // it is the last but one of a phase step
@@ -39,44 +38,36 @@ module scan_controller (
 
     reg  [13:0] chip_count_r;
     reg  [14:0] step_count_r;
-    reg         last_step_r;        // the present step is the scan's last
-    reg         scan_last_chip_r;   // the present chip is the scan's last
-    reg  [5:0]  step_done_r;        // bit n: a step's last chip was n + 1 clocks ago
-    reg  [5:0]  scan_done_r;        // bit n: a scan's last chip was n + 1 clocks ago
-    wire        chip_count_matched;
-    wire        step_count_matched;
+    reg         last_step_r;      // the present step is the scan's last
+    reg         scan_last_chip_r; // the present chip is the scan's last
+    reg  [5:0]  step_done_r;      // bit n: a step's last chip was n + 1 clocks ago
+    reg  [5:0]  scan_done_r;      // bit n: a scan's last chip was n + 1 clocks ago
+    wire        chip_count_matched, step_count_matched;
 
     assign o_counted = step_done_r[5];
     assign o_scan_counted = scan_done_r[5];
     assign o_dump = step_done_r[4];
 
     state_match #(.WIDTH(14)) chip_count_match (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_state   (chip_count_r),
         .i_wanted  (CHIP_COUNT_END),
         .o_matched (chip_count_matched)
     );
 
     state_match #(.WIDTH(15)) step_count_match (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_state   (step_count_r),
         .i_wanted  (STEP_COUNT_END),
         .o_matched (step_count_matched)
     );
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
-            o_run <= 1'b0;
+            {o_run, o_pre_last_chip, o_last_chip, last_step_r, scan_last_chip_r, step_done_r,
+            scan_done_r} <= 0;
             chip_count_r <= CHIP_COUNT_RESET;
-            o_pre_last_chip <= 1'b0;
-            o_last_chip <= 1'b0;
             step_count_r <= STEP_COUNT_FIRST;
-            last_step_r <= 1'b0;
-            scan_last_chip_r <= 1'b0;
-            step_done_r <= 6'd0;
-            scan_done_r <= 6'd0;
         end else begin
             o_last_chip <= o_pre_last_chip;
             scan_last_chip_r <= o_pre_last_chip & last_step_r;
@@ -96,7 +87,6 @@ module scan_controller (
             step_done_r <= {step_done_r[4:0], o_last_chip};
             scan_done_r <= {scan_done_r[4:0], scan_last_chip_r};
         end
-    end
 
 `ifndef SYNTHESIS
     lfsr_check #(

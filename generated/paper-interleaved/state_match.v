@@ -10,8 +10,7 @@
 module state_match #(
     parameter WIDTH = 14 // bits of a state, 9 to 16
 ) (
-    input  wire               i_clk,
-    input  wire               i_rst,
+    input  wire               i_clk, i_rst,
 
     input  wire [WIDTH - 1:0] i_state,  // state of a counter
     input  wire [WIDTH - 1:0] i_wanted, // the state that is waited for
@@ -24,21 +23,16 @@ module state_match #(
         state_match_takes_WIDTH_of_9_to_16 refused ();
     end
 
-    reg  [1:0]         matched_r; // one bit for each piece
-    wire [WIDTH - 1:0] equal;
-    wire [1:0]         all_equal;
+    reg  [1:0] matched_r; // one bit for each piece
 
-    assign equal = ~(i_state ^ i_wanted);
+    wire [WIDTH - 1:0] equal = ~(i_state ^ i_wanted);
+    wire [1:0]         all_equal = {&equal[WIDTH - 1:8], &equal[7:0]};
+
     assign o_matched = &matched_r;
-    assign all_equal = {&equal[WIDTH - 1:8], &equal[7:0]};
 
-    always @(posedge i_clk) begin
-        if (i_rst) begin
-            matched_r <= 2'd0;
-        end else begin
-            matched_r <= all_equal;
-        end
-    end
+    always @(posedge i_clk)
+        if (i_rst) matched_r <= 2'd0;
+        else matched_r <= all_equal;
 
 endmodule
 

@@ -35,27 +35,20 @@ module sensor_top (
     output wire        o_overrun      // a result was lost since reset
 );
 
-    wire        transmit_chip;
-    wire        transmit_epoch;
-    wire        controller_run;
-    wire        controller_pre_last_chip;
-    wire        controller_last_chip;
-    wire        controller_dump;
-    wire        controller_counted;
+    wire        transmit_chip, transmit_epoch, controller_run, controller_pre_last_chip;
+    wire        controller_last_chip, controller_dump, controller_counted;
     wire        controller_scan_counted;
     wire [16:0] channel_count;
 
     square_generator transmit (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_advance (1'b1),
         .o_chip    (transmit_chip),
         .o_epoch   (transmit_epoch)
     );
 
     scan_controller controller (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .o_run           (controller_run),
         .o_pre_last_chip (controller_pre_last_chip),
         .o_last_chip     (controller_last_chip),
@@ -65,8 +58,7 @@ module sensor_top (
     );
 
     detector_channel channel (
-        .i_clk           (i_clk),
-        .i_rst           (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_samples       (i_samples),
         .i_run           (controller_run),
         .i_pre_last_chip (controller_pre_last_chip),
@@ -76,8 +68,7 @@ module sensor_top (
     );
 
     result_stream results (
-        .i_clk     (i_clk),
-        .i_rst     (i_rst),
+        .i_clk (i_clk), .i_rst (i_rst),
         .i_count   (channel_count),
         .i_counted (controller_counted),
         .i_last    (controller_scan_counted),
@@ -88,7 +79,7 @@ module sensor_top (
         .o_overrun (o_overrun)
     );
 
-    always @(posedge i_clk) begin
+    always @(posedge i_clk)
         if (i_rst) begin
             o_laser <= 1'b0;
             o_epoch <= 1'b0;
@@ -96,7 +87,6 @@ module sensor_top (
             o_laser <= transmit_chip;
             o_epoch <= transmit_epoch;
         end
-    end
 
 endmodule
 

@@ -7,8 +7,7 @@
 `default_nettype none
 
 module square_generator (
-    input  wire i_clk,
-    input  wire i_rst,
+    input  wire i_clk, i_rst,
 
     input  wire i_advance, // go on to the next chip
 
@@ -20,13 +19,9 @@ module square_generator (
 
     assign o_epoch = o_chip == CHIP_LOAD;
 
-    always @(posedge i_clk) begin
-        if (i_rst) begin
-            o_chip <= CHIP_LOAD;
-        end else if (i_advance) begin
-            o_chip <= ~o_chip;
-        end
-    end
+    always @(posedge i_clk)
+        if (i_rst) o_chip <= CHIP_LOAD;
+        else if (i_advance) o_chip <= ~o_chip;
 
 endmodule
 

@@ -8,8 +8,7 @@
 `default_nettype none
 
 module state_match (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire [13:0] i_state,  // state of a counter
     input  wire [13:0] i_wanted, // the state that is waited for
@@ -17,21 +16,16 @@ module state_match (
     output wire        o_matched // they were equal one clock ago
 );
 
-    reg  [1:0]  matched_r; // one bit for each piece
-    wire [13:0] equal;
-    wire [1:0]  all_equal;
+    reg  [1:0] matched_r; // one bit for each piece
 
-    assign equal = ~(i_state ^ i_wanted);
+    wire [13:0] equal = ~(i_state ^ i_wanted);
+    wire [1:0]  all_equal = {&equal[13:8], &equal[7:0]};
+
     assign o_matched = &matched_r;
-    assign all_equal = {&equal[13:8], &equal[7:0]};
 
-    always @(posedge i_clk) begin
-        if (i_rst) begin
-            matched_r <= 2'd0;
-        end else begin
-            matched_r <= all_equal;
-        end
-    end
+    always @(posedge i_clk)
+        if (i_rst) matched_r <= 2'd0;
+        else matched_r <= all_equal;
 
 endmodule
 

@@ -42,7 +42,7 @@ namespace {
 
 double chip_now = 0, chips_of_bit = 0;
 
-// What the user's Verilog prints is no part of it.
+// What the user's Verilog prints is not part of it.
 std::ofstream report{"report.txt"};
 
 [[noreturn]] void fault(const std::string& what) {

@@ -106,7 +106,7 @@ public:
                 sample_at_ += 1;
             } else {
                 receiving_ = false;
-                // A stop bit that is low is no byte.
+                // A stop bit that is low is not a byte.
                 if (level && (lose_ == 0 || ++count_ % lose_ != 0)) to_host_.push_back(received_);
             }
         }

@@ -54,7 +54,7 @@
 //!   connects outputs. `connect! { self: valid }` shows a signal at `o_valid`.
 //!
 //! Anything else is refused where it stands: a condition that mixes both times otherwise, a number that
-//! reads a signal, and every construct of Rust that is no hardware.
+//! reads a signal, and every construct of Rust that is not hardware.
 //!
 //! # Blocks
 //! `#[block(module)]` makes the constructor `new` and rust-hdl's `Block`. `new` takes the
@@ -72,7 +72,7 @@
 //!
 //! Beside a field:
 //! `#[width(bits)]`, of any integer type, and `#[reset(value)]`, or `#[reset(value, constant)]` for a reset to a constant
-//! of the block; `#[value(number)]` of a constant, and `#[number]` if it is no pattern of bits; `#[when(condition)]` of an `Optional`; `#[each(n in numbers)]` of a `Vec`;
+//! of the block; `#[value(number)]` of a constant, and `#[number]` if it is not a pattern of bits; `#[when(condition)]` of an `Optional`; `#[each(n in numbers)]` of a `Vec`;
 //! `#[under("heading")]` over ports or constants, up to another heading, an empty one, or another kind of field; `#[about(text)]` for a comment that one expression
 //! makes; `#[is(expression)]` for any other part.
 

@@ -66,7 +66,7 @@ def sweep(
 
     Values are as :class:`Scene` takes them: texts with a unit, numbers in SI units; or an array
     and its unit, ``(np.linspace(1, 10, 50), "m")``. In the table they are numbers in SI units;
-    what is no number is its text.
+    what is not a number is its text.
 
     As a pandas frame: a row for each combination and path, the keys' values first. As an
     xarray Dataset: a dimension for each key, numbers in ascending order, and one for the paths.

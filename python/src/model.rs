@@ -98,7 +98,7 @@ fn driven(ports: Option<&Bound<'_, PyDict>>, clocks: usize) -> PyResult<Vec<Host
         let name: String = name.extract()?;
         let Some(role) = PortRole::of(&name).filter(|role| role.usage() == Use::Host) else {
             return Err(bad_argument(format!(
-                "host has {name}, which is no port that a host drives: those are s_axil_awaddr, s_axil_awvalid, \
+                "host has {name}, which is not a port that a host drives: those are s_axil_awaddr, s_axil_awvalid, \
                  s_axil_wdata, s_axil_wstrb, s_axil_wvalid, s_axil_bready, s_axil_araddr, s_axil_arvalid and \
                  s_axil_rready"
             )));

@@ -206,7 +206,7 @@ impl PyScene {
     }
 
     /// What is known of a key: its ``value`` in SI units, or its default (None where other keys
-    /// decide), its ``unit`` as UDUNITS writes it (None if it is no quantity), its ``meaning``.
+    /// decide), its ``unit`` as UDUNITS writes it (None if it is not a quantity), its ``meaning``.
     ///
     /// >>> Scene.parse(QUICK, "quick.toml").about("source.mean_power")
     /// {'value': 2e-11, 'unit': 'W', 'meaning': 'optical power averaged over the code, at the source'}

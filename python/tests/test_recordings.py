@@ -132,7 +132,7 @@ def test_what_is_no_recording_is_refused(tmp_path):
         goldtof.replay(QUICK, (times - 1, times), photons=1, epoch=2)
     with pytest.raises(ValueError, match="names no detector of the scene: write spad=1"):
         goldtof.replay(QUICK, (times, times), photons={"left": 1}, epoch=2)
-    with pytest.raises(ValueError, match='"x" is no channel'):
+    with pytest.raises(ValueError, match='"x" is not a channel'):
         goldtof.replay(QUICK, (times, times), photons=1, epoch="x")
     with pytest.raises(goldtof.GoldtofError, match="channel 2 has no record"):
         goldtof.replay(QUICK, (times, np.ones_like(times)), photons=1, epoch=2)

@@ -18,7 +18,7 @@ pub trait ExactNumbers: Sized {
     type Told: Serialize + DeserializeOwned;
     /// For JSON.
     fn tell(&self) -> Self::Told;
-    /// From JSON; none of what is no number.
+    /// From JSON; none of what is not a number.
     fn read(told: Self::Told) -> Option<Self>;
 }
 
@@ -72,7 +72,7 @@ pub fn serialize<N: ExactNumbers, S: Serializer>(numbers: &N, to: S) -> Result<S
 
 /// Reads numbers.
 pub fn deserialize<'de, N: ExactNumbers, D: Deserializer<'de>>(from: D) -> Result<N, D::Error> {
-    let unknown = || serde::de::Error::custom("a text is no number but inf, -inf or NaN");
+    let unknown = || serde::de::Error::custom("a text is a number only if it is inf, -inf or NaN");
     N::read(N::Told::deserialize(from)?).ok_or_else(unknown)
 }
 

@@ -14,7 +14,7 @@ use crate::sensor::Sensor;
 /// A target that is a map, in place of the scene's surfaces: each point faces its pixel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapTarget {
-    /// Depth along the axis, in metres, row by row; nothing is there where it is no number above 0.
+    /// Depth along the axis, in metres, row by row; nothing is there where it is not a number above 0.
     pub depth_m: Vec<f64>,
     /// Share of the light that comes back, 0 to 1.
     pub reflectance: Vec<f64>,

@@ -7,7 +7,7 @@ use crate::scan::Sampler;
 /// Epochs that are fitted by one straight line: long enough to average their jitter, short enough to
 /// follow a clock that drifts.
 pub(super) const EPOCHS_OF_A_LINE: usize = 4096;
-/// A mark farther from a whole period than this share of one is no epoch.
+/// A mark farther from a whole period than this share of one is not an epoch.
 const FARTHEST: f64 = 0.25;
 /// More missing epochs than these are a pause of the recording.
 const MOST_MISSING: u64 = 64;

@@ -42,7 +42,7 @@ impl ReplayOptions {
     /// With channels as texts: `left=1` of the detector `left`, or `1` of a scene with one.
     ///
     /// # Errors
-    /// When a text is no channel, or not every detector has one.
+    /// When a text is not a channel, or not every detector has one.
     pub fn named(
         scene: &Scene,
         photons: &[String],

@@ -153,7 +153,7 @@ impl Points {
 }
 
 /// The error of a detector's distance against the integration time of what is measured at
-/// once, a phase step or a histogram, as theory expects it. One run's error is no mean of squares, and
+/// once, a phase step or a histogram, as theory expects it. One run's error is not a mean of squares, and
 /// has no place among them.
 ///
 /// # Errors

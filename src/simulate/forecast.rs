@@ -94,7 +94,7 @@ fn trial(mut fit: impl FnMut() -> bool) -> Option<Vec<f64>> {
 }
 
 /// How long so many fits take on some cores, by the first few. The first makes tables that
-/// others find again: it is no part of their rate.
+/// others find again: it is not part of their rate.
 fn all_fits_s(took_s: &[f64], fits: u64, cores: usize) -> f64 {
     let Some((first_s, others_s)) = took_s.split_first() else { return 0.0 };
     let each_s = others_s.iter().sum::<f64>() / others_s.len().max(1) as f64;

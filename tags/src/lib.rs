@@ -73,7 +73,7 @@ impl FromStr for Channel {
             .or_else(|| marker().map(Channel::Marker))
             .ok_or_else(|| {
                 format!(
-                    "\"{text}\" is no channel: write the number of an input, \"m1\" to \"m4\" for a marker, \
+                    "\"{text}\" is not a channel: write the number of an input, \"m1\" to \"m4\" for a marker, \
                      or \"sync\""
                 )
             })
@@ -171,7 +171,7 @@ impl<R: Read> TagReader<R> {
         }
         let is_ptu = begun == header::MAGIC;
         if format == Some(Format::Ptu) && !is_ptu {
-            let reason = "the file does not begin with \"PQTTTR\": it is no PTU file".to_owned();
+            let reason = "the file does not begin with \"PQTTTR\": it is not a PTU file".to_owned();
             return Err(TagError::Malformed { file: name.to_owned(), byte: 0, reason });
         }
         let mut reader = TagReader {

@@ -197,9 +197,9 @@ fn chooser(name: &str, sound: &str, numbers: &[usize], selector: &Path) -> Strin
             _ => String::new(),
         };
         lines
-            .map(|line| {
+            .flat_map(|line| {
                 let declared = line.split('=').next().unwrap().trim();
-                (last(declared), range(declared))
+                declared.split(", ").map(|one| (last(one), range(declared)))
             })
             .collect()
     };

@@ -127,7 +127,7 @@ fn codes_of_any_taps_are_proven_and_faults_in_them_refused() {
         ("codes", "gold_generator", "last_r <= u_r == U_LAST", "last_r <= 1'b0"),
         ("codes", "m_sequence_generator", "^(v_r & taps)", "^(v_r & U_TAPS)"),
         ("codes", "m_sequence_generator", "o_chip = v_r[0]", "o_chip = v_r[0] ^ u_r[0]"),
-        ("codes", "interleaver", "i_load) begin", "1'b0) begin"),
+        ("codes", "interleaver", "i_load) subchip_r", "1'b0) subchip_r"),
     ];
     assert_refused(&of_file("taps"), &["reset", "codes"], &["codes_cover"], faults);
 }
@@ -234,8 +234,8 @@ fn counts_of_cells_are_proven_and_faults_in_combining_them_refused() {
     ];
     assert_refused(&standard("macropixel"), &["counts"], &[], faults);
     let faults: &[Fault] = &[
-        ("counts", "cell_combiner", "pulses[3:2] ^ pulses[5:4]", "pulses[3:2]"),
-        ("counts", "sensor_top", "i_samples[6*g +: 6]", "i_samples[0 +: 6]"),
+        ("counts", "cell_combiner", "i_samples[3:2] ^ i_samples[5:4]", "i_samples[3:2]"),
+        ("counts", "sensor_top", "pulses[6*g +: 6]", "pulses[0 +: 6]"),
     ];
     assert_refused(&of_file("odd-cells"), &["counts"], &[], faults);
 }
@@ -319,9 +319,9 @@ fn every_proof_holds_for_histograms() {
 
 /// The same for a histogram of two detectors.
 const FAULTS_OF_HISTOGRAMS: &[Fault] = &[
-    ("reset", "bin_adder", "above_r <= 1'b0;", ""),
-    ("reset", "bin_bank", "writes_r <= 1'b0;", ""),
-    ("reset", "histogram_control", "out_r <= 3'd0;", ""),
+    ("reset", "bin_adder", "} <= 0;", "} <= 0; above_r <= above_r;"),
+    ("reset", "bin_bank", "} <= 0;", "} <= 0; writes_r <= writes_r;"),
+    ("reset", "histogram_control", "} <= 0;", "} <= 0; out_r <= out_r;"),
     ("codes", "gold_generator", "u_r == U_LAST", "u_r == U_LOAD"),
     // A frame a code period short, a row too early, and a loss that is not told in one state of
     // the reader.

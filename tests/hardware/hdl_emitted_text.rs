@@ -35,7 +35,7 @@ fn no_line_of_a_module_is_longer_than_a_hundred_columns() {
     });
     let (commented, all) = lines.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
     let share = commented as f64 / all as f64;
-    assert!((0.15..0.33).contains(&share), "{share:.3} of all lines");
+    assert!((0.15..0.38).contains(&share), "{share:.3} of all lines");
 }
 
 /// Modules that differ in a width or a count are one, with parameters. A number is left where codes

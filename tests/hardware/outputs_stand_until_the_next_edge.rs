@@ -66,7 +66,7 @@ fn testbench(folder: &Path) -> (bool, String) {
 fn with_laser(top: &str, line: &str) -> String {
     let edits = [
         ("output reg         o_laser,", "output wire        o_laser,"),
-        ("    wire        transmit_chip;\n", "    wire        transmit_chip;\n    reg laser_r;\n"),
+        ("    wire        transmit_chip, ", "    reg laser_r;\n    wire        transmit_chip, "),
         ("o_laser <= 1'b0;", "laser_r <= 1'b0;"),
         ("o_laser <= transmit_chip;", "laser_r <= transmit_chip;"),
         ("\nendmodule\n", &format!("    {line}\nendmodule\n")),
@@ -104,8 +104,8 @@ fn a_valid_that_is_low_when_the_receiver_looks_is_no_valid() {
     let from = ".o_valid   (m_axis_tvalid)";
     assert_eq!(top.matches(from).count(), 1);
     let top = top.replace(from, ".o_valid   (waits)").replace(
-        "    wire        transmit_chip;\n",
-        "    wire transmit_chip; wire waits; assign m_axis_tvalid = waits & i_clk;\n",
+        "    wire        transmit_chip, ",
+        "    wire waits; assign m_axis_tvalid = waits & i_clk;\n    wire        transmit_chip, ",
     );
     fs::write(folder.path().join("sensor_top.v"), top).unwrap();
     let (status, report) = cosim(folder.path());

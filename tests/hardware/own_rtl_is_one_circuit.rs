@@ -29,7 +29,7 @@ fn edited(folder: &Path, lines: &str, laser: &str) -> (Option<i32>, Value, Strin
     (output.status.code(), report, String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-const WIRE: &str = "    wire        transmit_chip;\n";
+const WIRE: &str = "    wire        transmit_chip, ";
 const LASER: &str = "o_laser <= transmit_chip;";
 
 #[test]
@@ -106,14 +106,14 @@ fn what_is_no_circuit_is_refused_with_its_place() {
         ("always @(posedge i_clk) o_epoch <= 1'b0;", "o_epoch has another driver at "),
         // Two assignments, of which Verilator takes the first.
         ("assign w = i_rst; assign w = ~i_rst;", "multiple"),
-        ("assign w = i_rst ? 1'b1 : 1'bz;", "z is no value"),
+        ("assign w = i_rst ? 1'b1 : 1'bz;", "z is not a value"),
         // Which block comes first is a simulator's choice.
         (
             "reg a, b; always @(posedge i_clk) a = i_rst; always @(posedge i_clk) b <= a; assign w = b;",
             "simulators differ in which comes first",
         ),
         // Time stands still in co-simulation.
-        ("assign w = $time > 64'd100000;", "the time is no value"),
+        ("assign w = $time > 64'd100000;", "the time is not a value"),
         (
             "reg a; always @(posedge i_clk) if ($random == 0) a <= 1'b1; assign w = a;",
             "a random number",

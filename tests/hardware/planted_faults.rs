@@ -32,7 +32,7 @@ pub const QUICK: &[Fault] = &[
     ("scan_controller.v", "CHIP_COUNT_FIRST = 12'hfff", "CHIP_COUNT_FIRST = 12'h7ff"),
     ("scan_controller.v", "STEP_COUNT_END   = 8'h42", "STEP_COUNT_END   = 8'h84"),
     ("scan_controller.v", "STEP_COUNT_FIRST = 8'hff", "STEP_COUNT_FIRST = 8'h7f"),
-    ("scan_controller.v", "o_run <= 1'b0", "o_run <= 1'b1"),
+    ("scan_controller.v", "} <= 0;", "} <= 0; o_run <= 1'b1;"),
     ("scan_controller.v", "o_pre_last_chip & last_step_r", "o_pre_last_chip"),
     ("scan_controller.v", "o_dump = step_done_r[4]", "o_dump = step_done_r[3]"),
     ("scan_controller.v", "o_counted = step_done_r[5]", "o_counted = step_done_r[4]"),
@@ -72,16 +72,8 @@ pub const QUICK: &[Fault] = &[
         "o_valid <= i_counted | blocked;",
         "if (i_counted) count_r <= i_count; o_valid <= i_counted | blocked;",
     ),
-    (
-        "result_stream.v",
-        "if (i_counted & blocked) begin",
-        "if (i_counted & blocked & ~i_last) begin",
-    ),
-    (
-        "result_stream.v",
-        "if (i_counted & blocked) begin",
-        "if (i_counted & blocked & ~o_last) begin",
-    ),
+    ("result_stream.v", "if (i_counted & blocked)", "if (i_counted & blocked & ~i_last)"),
+    ("result_stream.v", "if (i_counted & blocked)", "if (i_counted & blocked & ~o_last)"),
     // A second scan is as long as its counter happens to be.
     (
         "scan_controller.v",
@@ -93,11 +85,7 @@ pub const QUICK: &[Fault] = &[
     ("quad_counter.v", "hits_r <= 3'd0;", "hits_r <= {&i_hit, two_hits, ^i_hit};"),
     ("quad_counter.v", "o_sum <= 4'd0;", "o_sum <= {1'b0, hits_r} - {downs_r, 1'b0};"),
     ("accumulator.v", "base_r <= 15'd0;", "base_r <= total_r;"),
-    (
-        "scan_controller.v",
-        "step_done_r <= 6'd0;",
-        "step_done_r <= {step_done_r[4:0], o_last_chip};",
-    ),
+    ("scan_controller.v", "} <= 0;", "} <= 0; step_done_r <= {step_done_r[4:0], o_last_chip};"),
     // The top: the laser's timing.
     ("sensor_top.v", "o_laser <= transmit_chip", "o_laser <= ~transmit_chip"),
 ];
@@ -149,10 +137,10 @@ pub const PEAK: &[Fault] = &[
     ("peak_detector.v", "first_r <= 1'b1;", "first_r <= first_r;"),
     (
         "peak_detector.v",
-        "compares_r <= 4'd0;",
-        "compares_r <= {compares_r[2:0], i_counted | next_turn};",
+        "} <= 0;",
+        "} <= 0; compares_r <= {compares_r[2:0], i_counted | next_turn};",
     ),
-    ("peak_detector.v", "done_r <= 1'b0;", "done_r <= ends_r;"),
+    ("peak_detector.v", "} <= 0;", "} <= 0; done_r <= ends_r;"),
 ];
 
 /// Faults in the Verilog of tests/scenes/totals.toml: total counts of two detectors.
@@ -166,7 +154,7 @@ pub const TOTALS: &[Fault] = &[
     // The stream: whose total, when it is taken over, where it stands.
     ("result_stream.v", "total_r <= i_total[6:0];", "total_r <= i_total[13:7];"),
     ("result_stream.v", "waiting_total_r <= i_total[13:7];", "waiting_total_r <= i_total[6:0];"),
-    ("result_stream.v", "if (next_detector) begin", "if (detector_r[0]) begin"),
+    ("result_stream.v", "if (next_detector)", "if (detector_r[0])"),
     ("result_stream.v", "detector_r[2:1] <= {2{1'b1}};", "detector_r[2:1] <= 2'd2;"),
     ("result_stream.v", "{1'b0, total_r, signed_count}", "{total_r[6], total_r, signed_count}"),
     // The flag: without one of the counts, and with one that a last group has not.
@@ -217,7 +205,7 @@ pub const REGISTERS: &[Fault] = &[
         "single_r <= s_axil_wdata[1]",
         "single_r <= s_axil_wdata[1] & ~(i_busy & ~s_axil_wdata[0])",
     ),
-    ("register_file.v", "if (s_axil_wdata[5])", "if (1'b1)"),
+    ("register_file.v", "s_axil_wdata[5:3]", "{1'b1, s_axil_wdata[4:3]}"),
     // The slave: addresses, bytes, errors, who comes first.
     ("register_file.v", "SETTABLE = 16'h7c0", "SETTABLE = 16'h7e0"),
     ("register_file.v", "SETTABLE = 16'h7c0", "SETTABLE = 16'h3c0"),
@@ -230,7 +218,7 @@ pub const REGISTERS: &[Fault] = &[
     // What is told, and cleared.
     ("register_file.v", "runs_r <= 1'b1", "runs_r <= 1'b0"),
     ("register_file.v", "single_r <= s_axil_wdata[1]", "single_r <= s_axil_wdata[0]"),
-    ("register_file.v", "if (s_axil_wdata[3])", "if (s_axil_wdata[4])"),
+    ("register_file.v", "s_axil_wdata[5:3]", "{s_axil_wdata[5:4], s_axil_wdata[4]}"),
     ("register_file.v", "lost_r <= lost_r + 8'd1", "lost_r <= lost_r + 8'd2"),
     ("register_file.v", "scans_r <= scans_r + 16'd1", "scans_r <= scans_r"),
     // The memory is kept in reset, and by the address of the write.
@@ -250,7 +238,7 @@ pub const TAPS: &[Fault] = &[
     ("m_sequence_generator.v", "taps = i_seed[9:5]", "taps = U_TAPS"),
     ("m_sequence_generator.v", "o_chip = v_r[0]", "o_chip = u_r[0]"),
     ("m_sequence_generator.v", "last_r <= u_r == U_LAST", "last_r <= 1'b0"),
-    ("interleaver.v", ".i_seed    (i_seed)", ".i_seed    ({i_seed[9:5], 5'h13})"),
+    ("interleaver.v", ".i_seed (i_seed)", ".i_seed ({i_seed[9:5], 5'h13})"),
     // A sequence of another period goes on behind the code's.
     ("gold_generator.v", "last_r <= u_r == U_LAST", "last_r <= 1'b0"),
     ("gold_generator.v", "o_epoch <= last_r", "o_epoch <= u_r == U_LAST"),
@@ -272,11 +260,7 @@ pub const TRACKING: &[Fault] = &[
     ("target_tracker.v", "gain_r <= i_word[3:1]", "gain_r <= i_word[4:2]"),
     ("target_tracker.v", "threshold_r <= i_word[6:4]", "threshold_r <= i_word[5:3]"),
     ("target_tracker.v", "patience_r <= i_word[10:7]", "patience_r <= {1'b0, i_word[9:7]}"),
-    (
-        "target_tracker.v",
-        "if (i_refused) begin\n                waits_r <= 1'b0",
-        "if (i_refused) begin\n                waits_r <= waits_r",
-    ),
+    ("target_tracker.v", "if (i_refused) waits_r <= 1'b0", "if (i_refused) waits_r <= waits_r"),
     // Sums: which half, what is left of the window before, signs.
     ("target_tracker.v", "early = ~place_r[2]", "early = ~place_r[1]"),
     (
@@ -298,17 +282,13 @@ pub const TRACKING: &[Fault] = &[
     ("target_tracker.v", "is_any_r & ~is_dim_r", "is_any_r"),
     ("target_tracker.v", "gained_r <= spare[13:4]", "gained_r <= 10'd0"),
     ("target_tracker.v", "{{3{gained_r[9]}}, gained_r}", "{3'd0, gained_r}"),
-    (
-        "target_tracker.v",
-        "missed_r <= 4'd0;\n                end else",
-        "missed_r <= missed_r;\n                end else",
-    ),
-    ("target_tracker.v", "missed_r <= missed_r + 4'd1", "missed_r <= missed_r"),
+    ("target_tracker.v", "(missed_r + 4'd1) & {4{~lit_r}}", "lit_r ? missed_r : missed_r + 4'd1"),
+    ("target_tracker.v", "(missed_r + 4'd1) & {4{~lit_r}}", "missed_r & {4{~lit_r}}"),
     ("target_tracker.v", "(|i_peak_count) & ~i_peak_count[9]", "~i_peak_count[9]"),
     ("target_tracker.v", "(|i_peak_count) & ~i_peak_count[9]", "(|i_peak_count)"),
     ("target_tracker.v", "{1'b0, i_peak_count, 2'd0}", "{2'd0, i_peak_count, 1'd0}"),
     // The quotient: signs, the most, its bits.
-    ("target_tracker.v", "turns_taken = minus | stage_r[0]", "turns_taken = minus"),
+    ("target_tracker.v", "{15{minus | stage_r[0]}}", "{15{minus}}"),
     ("target_tracker.v", "minus & ~stage_r[0]}", "1'b0}"),
     ("target_tracker.v", "& {15{~begins_r}}", "& {15{~stage_r[0]}}"),
     ("target_tracker.v", "quotient_r[9] ? {9{1'b1}} : quotient_r[8:0]", "quotient_r[8:0]"),
@@ -334,16 +314,12 @@ pub const TRACKING: &[Fault] = &[
     ("target_tracker.v", "missed_r >= patience_r", "missed_r > patience_r"),
     (
         "target_tracker.v",
-        "gives_up_r <= 1'b0;\n            end\n            o_lost",
-        "gives_up_r <= gives_up_r;\n            end\n            o_lost",
+        "if (found_r) gives_up_r <= 1'b0",
+        "if (found_r) gives_up_r <= gives_up_r",
     ),
-    (
-        "target_tracker.v",
-        "& (window_r | lit_r);\n                o_locked",
-        ";\n                o_locked",
-    ),
+    ("target_tracker.v", "follows_r <= keeps", "follows_r <= on_r & ~gives_up_r"),
     ("target_tracker.v", "o_locked <= on_r & window_r & lit_r", "o_locked <= on_r & lit_r"),
-    ("target_tracker.v", "follows_r <= on_r & ~gives_up_r", "follows_r <= ~gives_up_r"),
+    ("target_tracker.v", "follows_r <= keeps", "follows_r <= ~gives_up_r & (window_r | lit_r)"),
     ("target_tracker.v", "o_locked <= on_r & window_r & lit_r", "o_locked <= window_r & lit_r"),
     ("target_tracker.v", "o_lost <= on_r & gives_up_r", "o_lost <= gives_up_r"),
     (
@@ -359,12 +335,12 @@ pub const TRACKING: &[Fault] = &[
     ("target_tracker.v", "{step_r, fraction_r[14:7]}", "{step_r, fraction_r[13:6]}"),
     ("target_tracker.v", "stage_r[24] & ~lit_r", "1'b0"),
     // What a reset leaves.
-    ("target_tracker.v", "follows_r <= 1'b0;\n            window_r <= 1'b0;", "window_r <= 1'b0;"),
+    ("target_tracker.v", "} <= 0;", "} <= 0; follows_r <= follows_r;"),
     // What a host reads, and clears.
-    ("register_file.v", "if (s_axil_wdata[7])", "if (s_axil_wdata[6])"),
+    ("register_file.v", "{s_axil_wdata[7]", "{s_axil_wdata[6]"),
     ("sensor_top.v", ".i_go            (tracker_go)", ".i_go            (registers_go)"),
     ("register_file.v", "peak_word == 2'd2", "peak_word == 2'd3"),
-    ("register_file.v", "target_lost_r <= 1'b1", "target_lost_r <= target_lost_r"),
+    ("register_file.v", "{i_target_lost, i_refused", "{1'b0, i_refused"),
 ];
 
 /// Faults in the Verilog of tests/scenes/rows.toml: detectors that are read out by rows.
@@ -400,7 +376,7 @@ pub const ROWS: &[Fault] = &[
     ("row_stream.v", "last_r & ~more_r", "last_r"),
     ("row_stream.v", "load | (more_r & i_ready)", "load | more_r"),
     ("row_stream.v", "next_place_r == LAST_PLACE", "next_place_r == 3'h3"),
-    ("row_stream.v", "if (i_counted & blocked) begin", "if (i_counted & more_r) begin"),
+    ("row_stream.v", "if (i_counted & blocked)", "if (i_counted & more_r)"),
     ("row_stream.v", "{{7{count_r[8]}}, count_r}", "{7'd0, count_r}"),
     ("lookup_memory.v", "words[i_write_address] <= i_data", "words[i_address] <= i_data"),
 ];
@@ -441,7 +417,7 @@ pub const HISTOGRAM: &[Fault] = &[
     ("histogram_control.v", "ends & busy)", "ends & busy & ~(reads_r & read_is_last_r))"),
     ("histogram_control.v", "ends & busy)", "ends & busy & ~(reads_r & o_read_row == 5'd13))"),
     ("histogram_control.v", "room_r <= 1'b1;", "room_r <= room_r;"),
-    ("histogram_control.v", "read_is_last_r <= 1'b0;", "read_is_last_r <= read_is_last_r;"),
+    ("histogram_control.v", "} <= 0;", "} <= 0; read_is_last_r <= read_is_last_r;"),
     // The top module: a row that changes while it waits.
     ("sensor_top.v", "if (control_shows)", "if (1'b1)"),
 ];
@@ -547,13 +523,12 @@ pub const ADDER: &[Fault] = &[
 pub const ODD_CELLS: &[Fault] = &[
     (
         "cell_combiner.v",
-        "pulses[1:0] ^ pulses[3:2] ^ pulses[5:4]",
-        "pulses[1:0] | pulses[3:2] | pulses[5:4]",
+        "i_samples[1:0] ^ i_samples[3:2] ^ i_samples[5:4]",
+        "i_samples[1:0] | i_samples[3:2] | i_samples[5:4]",
     ),
-    ("cell_combiner.v", "pulses[3:2] ^ pulses[5:4]", "pulses[3:2]"),
-    ("cell_combiner.v", "= ~i_samples", "= i_samples"),
-    ("cell_combiner.v", "= ~level", "= level"),
-    ("sensor_top.v", "i_samples[6*g +: 6]", "i_samples[0 +: 6]"),
+    ("cell_combiner.v", "i_samples[3:2] ^ i_samples[5:4]", "i_samples[3:2]"),
+    ("sensor_top.v", "= ~i_samples", "= i_samples"),
+    ("sensor_top.v", "pulses[6*g +: 6]", "pulses[0 +: 6]"),
     (
         "sensor_top.v",
         "combiner_level[2*g +: 2]),\n            .i_run",

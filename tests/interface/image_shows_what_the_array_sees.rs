@@ -41,7 +41,7 @@ static THEORY: LazyLock<(Value, PathBuf)> = LazyLock::new(|| {
 });
 
 fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
 /// A map as NumPy reads it.

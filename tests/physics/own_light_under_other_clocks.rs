@@ -100,7 +100,7 @@ fn what_another_clocks_code_adds_to_the_scatter_is_in_what_the_fit_says() {
     assert_eq!(said.fitted, 150);
     assert_eq!(said.wrong(), 0);
     // Some 45 degrees: a scan's chi-square is within 1 +- 0.21, the mean within 0.02;
-    // the code's correlation is no Gaussian number.
+    // the code's correlation is not Gaussian.
     let chi_square = said.chi_square_per_degree.mean;
     assert!((0.88..1.12).contains(&chi_square), "{chi_square}");
     let errors = Moments::of(said.errors_in_sigmas);

@@ -17,7 +17,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::recorded_counts_are_diagnosed::{quick, recorded, said, scans_or};
 
-/// Counts of a beam that is blocked have a largest one, too. It is no distance, by either estimator, and what
+/// Counts of a beam that is blocked have a largest one, too. It is not a distance, by either estimator, and what
 /// is wrong is not sought among codes and clocks; the background may be another one where totals tell it.
 #[test]
 fn a_blocked_beam_gives_no_distance_and_is_named() {
@@ -117,7 +117,7 @@ fn dim_light_in_a_window_is_not_told_to_be_outside() {
     }
 }
 
-/// Of one expected hit in a scan none is no fault.
+/// Where one hit is expected in a scan, none is not a fault.
 #[test]
 fn a_scene_of_hardly_any_light_may_count_nothing() {
     let dim = quick(&["detector.dark_count_rate=0 cps", "source.mean_power=1e-7 pW"]);

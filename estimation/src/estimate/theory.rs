@@ -65,7 +65,7 @@ mod as_data {
     }
 
     pub fn serialize<T: ResultShape, S: Serializer>(told: &T, to: S) -> Result<S::Ok, S::Error> {
-        told.data().ok_or_else(|| S::Error::custom("a refusal is no data"))?.serialize(to)
+        told.data().ok_or_else(|| S::Error::custom("a refusal is not data"))?.serialize(to)
     }
 
     pub fn deserialize<'de, T: ResultShape, D: Deserializer<'de>>(from: D) -> Result<T, D::Error> {

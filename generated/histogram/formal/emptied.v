@@ -71,8 +71,7 @@ module block_memory #(
     assign o_word = any_o_word;
 endmodule
 module histogram_channel (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire [7:0]  i_samples,     // level of the SPAD, bit 0 earliest
     input  wire        i_run,         // words count
@@ -118,8 +117,7 @@ module block_memory #(
     assign o_word = any_o_word;
 endmodule
 module histogram_channel (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire [7:0]  i_samples,     // level of the SPAD, bit 0 earliest
     input  wire        i_run,         // words count

@@ -5,8 +5,7 @@
 
 `ifdef PROVE_REFERENCE
 module scan_controller (
-    input  wire i_clk,
-    input  wire i_rst,
+    input  wire i_clk, i_rst,
 
     output wire o_run,           // the present chip belongs to a scan
     output wire o_pre_last_chip, // it is the last but one of a phase step
@@ -21,8 +20,7 @@ endmodule
 
 `ifdef PROVE_COUNTS
 module scan_controller (
-    input  wire i_clk,
-    input  wire i_rst,
+    input  wire i_clk, i_rst,
 
     output wire o_run,           // the present chip belongs to a scan
     output wire o_pre_last_chip, // it is the last but one of a phase step
@@ -34,8 +32,7 @@ module scan_controller (
     wire nothing = 1'b0;
 endmodule
 module phase_stepper (
-    input  wire       i_clk,
-    input  wire       i_rst,
+    input  wire       i_clk, i_rst,
 
     input  wire       i_chip,          // next chip of the reference
     input  wire       i_pre_last_chip, // the present chip is the last but one of a phase step
@@ -50,8 +47,7 @@ endmodule
 
 `ifdef PROVE_STREAM
 module scan_controller (
-    input  wire i_clk,
-    input  wire i_rst,
+    input  wire i_clk, i_rst,
 
     output wire o_run,           // the present chip belongs to a scan
     output wire o_pre_last_chip, // it is the last but one of a phase step
@@ -63,8 +59,7 @@ module scan_controller (
     wire nothing = 1'b0;
 endmodule
 module detector_channel (
-    input  wire        i_clk,
-    input  wire        i_rst,
+    input  wire        i_clk, i_rst,
 
     input  wire [3:0]  i_samples,       // level of the SPAD, bit 0 earliest
     input  wire        i_run,           // the present chip belongs to a scan

@@ -101,7 +101,7 @@ impl Follower {
         self.target.is_some_and(|target| target.is_locked)
     }
 
-    /// A scan has ended whose largest count was at a phase step. A count that is not positive is no target.
+    /// A scan has ended whose largest count was at a phase step. A count that is not positive is not a target.
     pub fn found(&mut self, phase_step: u64, count: i64) {
         let found = Target {
             position: (phase_step as i64) << POSITION_BITS,

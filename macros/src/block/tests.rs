@@ -131,7 +131,7 @@ fn the_constructor_takes_parameters_and_given_parts_in_their_order() {
         }
     };
     assert!(made.contains(&constructor.to_string()), "{made}");
-    // What is no part is not probed, and the description comes last.
+    // What is not a part is not probed, and the description comes last.
     for (part, is_probed) in [("lanes", false), ("o_hits", true), ("child", true), ("about", true)]
     {
         assert_eq!(made.contains(&format!("self . {part} . accept")), is_probed, "{part}");

@@ -94,8 +94,8 @@ pub enum MeanResponseError {
          sampled count photon by photon"
     )]
     NotDrawn,
-    /// A rate is no number from zero on, or a delay none at all.
-    #[error("the strength or the delay of the light at the detector is no finite number")]
+    /// A rate is not a number of zero or more, or a delay is not a number.
+    #[error("the strength or the delay of the light at the detector is not a finite number")]
     NotFinite,
     /// Light of codes with different periods repeats too late.
     #[error(

@@ -13,7 +13,7 @@ use super::domain::check_stillness;
 use super::forward::Detections;
 use super::grid::{Grid, Kinks, SampleInstants, frame_chips};
 use super::light::Light;
-use crate::photons::{DeadTime, DetectorModel};
+use crate::photons::DetectorModel;
 
 /// Largest share of a detector's avalanches that may be of second order in the probability.
 const MOST_OF_SECOND_ORDER: f64 = 0.0025;
@@ -148,5 +148,5 @@ fn average(model: &DetectorModel) -> f64 {
         path.rate_per_chip * on / path.code.chips.len() as f64
     };
     let primary = light.constant_per_chip + light.paths.iter().map(lit).sum::<f64>();
-    DeadTime { length: model.dead_time_chips, is_prolonged: model.is_paralyzable }.detected(primary)
+    model.dead_time().detected(primary)
 }

@@ -28,7 +28,7 @@ pub(super) fn settings(
     if !names_one(text) && !settings.iter().any(|setting| names_one(setting.assignment())) {
         return Ok(all);
     }
-    // What is no TOML, or no setting, is told where the scene is read.
+    // What is not TOML, or not a setting, is told where the scene is read.
     let Ok(mut document) = DeTable::parse(text) else { return Ok(all) };
     with_settings(&mut document, settings.iter().zip(lines.iter().map(String::as_str)), |_, _| ());
     let detectors = document.get_ref().get("detector").and_then(|list| list.get_ref().as_array());

@@ -35,7 +35,7 @@ impl Entry {
         let root = DeValue::Table(document.into_inner());
         let value = match written(&root, &parts, "")? {
             Some(value) => Some(in_si(value, declared)),
-            // The default of a table that is left out itself is no value.
+            // The default of a table that is left out itself is not a value.
             None if parts.len() == 2
                 || written(&root, &parts[..parts.len() - 1], "")?.is_some() =>
             {

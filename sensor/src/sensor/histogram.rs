@@ -1,7 +1,7 @@
 //! The hardware that counts hits by their time in the code period, as seen from outside.
 
 use crate::scan::Timing;
-use crate::scene::{Detector, JitterTail, Polarity, Scene};
+use crate::scene::{Detector, JitterTail, Scene};
 
 /// Standard deviations of jitter that no detection is taken to be off by.
 const MOST_SIGMAS: f64 = 6.0;
@@ -14,8 +14,6 @@ const MOST_SIGMAS: f64 = 6.0;
 /// a frame's rows leave it while the next frame's first code period is counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct HistogramPlan {
-    /// Level of the samples during a pulse.
-    pub polarity: Polarity,
     /// Rows: chips of the code period, L'.
     pub rows: u64,
     /// Code periods of a frame.
@@ -70,7 +68,6 @@ impl HistogramPlan {
             adder_samples *= 2;
         }
         HistogramPlan {
-            polarity: scene.hardware.polarity,
             rows,
             periods,
             row_bins: samples,

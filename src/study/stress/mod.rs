@@ -222,7 +222,7 @@ mod tests {
         for nothing in [Nothing::Zeros, Nothing::Undefined, Nothing::Empty] {
             for case in cases().iter().filter(|case| case.group != CaseGroup::Hardware) {
                 NOTHING.set(Some(nothing));
-                // A panic is no verdict either.
+                // A panic is not a verdict either.
                 let outcome = std::panic::catch_unwind(|| (case.run)(1));
                 NOTHING.set(None);
                 if let Ok(Ok(measured)) = outcome

@@ -28,7 +28,7 @@ use crate::simulate::scans::{PreparedTier, ScansError};
 /// Why a sweep came to no table.
 #[derive(Debug, thiserror::Error)]
 pub enum SweepRunError {
-    /// A point is no scene.
+    /// A point is not a scene.
     #[error("{0}")]
     Sweep(#[from] SweepError),
     /// A tool failed, or the Verilog differs from the reference model.

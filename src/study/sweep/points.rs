@@ -23,7 +23,7 @@ pub struct Sweep {
 
 /// What a sweep's numbers depend on beside the scene: the command line's options, the library's,
 /// and those of a shard and of the folder.
-// `source[0]` of the help text is no link.
+// `source[0]` of the help text is not a link.
 #[allow(rustdoc::broken_intra_doc_links)]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema, clap::Args)]
 pub struct SweepOptions {

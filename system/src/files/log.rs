@@ -182,7 +182,7 @@ mod tests {
         // A disk that lost a stretch of zeros at the end.
         fs::write(folder.join("log"), [&whole[..], &[0; 4096]].concat()).unwrap();
         assert_eq!(open().unwrap().1.len(), texts.len());
-        // One other bit before the last line is no torn end.
+        // One other bit before the last line is not a torn end.
         for at in [0, DIGITS, DIGITS + 1, ends[0] + 3, ends[1] + DIGITS + 2] {
             let mut other = whole.clone();
             other[at] ^= 1;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use goldtof::rtl::blocks::{
     Accumulator, CellCombiner, CountClamp, EdgeDetector, HitCounter, QuadCounter, UpdownCorrelator,
 };
-use goldtof::scene::{Combination, Polarity};
+use goldtof::scene::Combination;
 use goldtof::sensor::cells::Cells;
 use goldtof::sensor::interface::{CountSegments, TotalCount};
 
@@ -42,7 +42,7 @@ pub fn edge_detector(noise: &mut Noise, lanes: usize, cells: usize) -> Case {
     });
     let expected = expected.collect();
     Case::new(
-        EdgeDetector::new(lanes, cells, Polarity::High),
+        EdgeDetector::new(lanes, cells),
         (&["i_samples", "i_run"], if lanes > 1 { &["o_hits", "o_early"] } else { &["o_hits"] }),
         inputs,
         expected,
@@ -51,27 +51,25 @@ pub fn edge_detector(noise: &mut Noise, lanes: usize, cells: usize) -> Case {
 
 /// The level of a detector is high in the samples at which as many of its cells have a pulse as asked for,
 /// or of 0 an odd number of them.
-pub fn cell_combiner(noise: &mut Noise, cells: u32, least: u32, polarity: Polarity) -> Case {
+pub fn cell_combiner(noise: &mut Noise, cells: u32, least: u32) -> Case {
     let inputs = noise.words(CLOCKS, |noise| {
         let few = noise.below(2) == 0;
         let word = |noise: &mut Noise| u128::from(noise.next() & ((1 << (4 * cells)) - 1));
         vec![if few { word(noise) & word(noise) } else { word(noise) }]
     });
     let expected = inputs.iter().map(|input| {
-        let has_pulse = |cell: &u32, sample: usize| {
-            bit(input[0], 4 * *cell as usize + sample) == (polarity == Polarity::High)
-        };
+        let has_pulse = |cell: &u32, sample: usize| bit(input[0], 4 * *cell as usize + sample);
         let level = (0..4).fold(0, |level, sample| {
             let pulses = (0..cells).filter(|cell| has_pulse(cell, sample)).count() as u32;
             let is_high = if least == 0 { pulses % 2 == 1 } else { pulses >= least };
-            level | u128::from(is_high == (polarity == Polarity::High)) << sample
+            level | u128::from(is_high) << sample
         });
         Some(vec![level])
     });
     let expected = expected.collect();
     let combination = if least == 0 { Combination::Xor } else { Combination::Or };
     let law = Cells { count: cells, combination, coincidence: least.max(1) };
-    Case::new(CellCombiner::new(4, law, polarity), (&["i_samples"], &["o_level"]), inputs, expected)
+    Case::new(CellCombiner::new(4, law), (&["i_samples"], &["o_level"]), inputs, expected)
 }
 
 /// Hits less twice those that count down, two clocks later.

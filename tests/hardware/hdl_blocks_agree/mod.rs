@@ -11,7 +11,6 @@ use crate::hdl_support::block_testbench::run_in_verilator;
 use crate::hdl_support::stimulus::Noise;
 use comparing::*;
 use counting::*;
-use goldtof::scene::Polarity;
 use goldtof::sensor::interface::CountSegments;
 use sequence::*;
 use streaming::*;
@@ -43,12 +42,12 @@ fn every_block_does_in_rust_hdl_and_in_verilator_what_it_is_for() {
         edge_detector(noise, 8, 1),
         edge_detector(noise, 4, 3),
         edge_detector(noise, 1, 5),
-        cell_combiner(noise, 3, 0, Polarity::High),
-        cell_combiner(noise, 5, 1, Polarity::Low),
-        cell_combiner(noise, 5, 5, Polarity::High),
-        cell_combiner(noise, 4, 2, Polarity::Low),
-        cell_combiner(noise, 7, 3, Polarity::High),
-        cell_combiner(noise, 15, 8, Polarity::High),
+        cell_combiner(noise, 3, 0),
+        cell_combiner(noise, 5, 1),
+        cell_combiner(noise, 5, 5),
+        cell_combiner(noise, 4, 2),
+        cell_combiner(noise, 7, 3),
+        cell_combiner(noise, 15, 8),
         quad_counter(noise),
         accumulator(noise),
         updown_correlator(noise),

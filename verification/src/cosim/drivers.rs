@@ -49,7 +49,7 @@ pub(super) fn undefined_values(xml: &str) -> Vec<String> {
     of_modules(xml, of).unwrap_or_default()
 }
 
-/// What is found in any module, without repetitions; none of what is no design.
+/// What is found in any module, without repetitions; none of what is not a design.
 fn of_modules(xml: &str, of: impl Fn(Node, &Files) -> Vec<String>) -> Option<Vec<String>> {
     let document = Document::parse(xml).ok()?;
     let files = document.descendants().filter(|node| node.has_tag_name("file"));
@@ -323,7 +323,7 @@ fn number(node: Node) -> Option<u64> {
 }
 
 fn of_high_impedance(module: Node, files: &Files) -> Vec<String> {
-    let what = "z is no value of a sensor's net: it has one driver, and that says 0 or 1";
+    let what = "z is not a value of a sensor's net: it has one driver, and that says 0 or 1";
     values_with('z', module).map(|value| format!("{}: {what}", place(value, files))).collect()
 }
 
@@ -351,7 +351,8 @@ fn of_the_simulation(module: Node, files: &Files) -> Vec<String> {
             _ => is_assignment(&n).then_some(true),
         });
         let place = place(node, files);
-        (decides == Some(true)).then(|| format!("{place}: {what} is no value of a circuit's net"))
+        (decides == Some(true))
+            .then(|| format!("{place}: {what} is not a value of a circuit's net"))
     };
     module.descendants().filter_map(told).collect()
 }

@@ -1,7 +1,7 @@
 //! Where a verilated model makes use of an x.
 //!
 //! Verilator has a variable for each x of an expression, which is the same for ever. It is made one
-//! that notes when it is read, and that is no part of what the model holds: so processes with
+//! that notes when it is read, and that is not part of what the model holds: so processes with
 //! other bits in these can be told to be in the same state until one of them is read.
 
 use std::fs;

@@ -40,7 +40,7 @@ pub(super) fn write(
     writer.timescale(time.multiple, unit(time))?;
     if !time.is_exact() {
         writer.comment(&format!(
-            "half a chip period is no whole number of any unit of time: edges are rounded to {time}"
+            "half a chip period is not a whole number of any unit of time: edges are rounded to {time}"
         ))?;
     }
     writer.add_module(ROOT)?;

@@ -84,7 +84,7 @@ fn a_redundant_register_is_proven_equivalent_and_a_port_that_is_stuck_is_not() {
         "reg one_a; reg one_b; wire never = one_a & one_b;\n\
          always @(posedge i_clk) begin one_a <= i_samples[0]; one_b <= ~i_samples[0]; end\n",
     );
-    let reset = ".i_rst  (i_rst)";
+    let reset = ".i_rst (i_rst)";
     let found = text.find(".i_rst").unwrap_or_else(|| panic!("{reset}"));
     let open = found + text[found..].find('(').unwrap();
     let close = open + text[open..].find(')').unwrap();

@@ -24,7 +24,7 @@ const FALSE_LIGHT: f64 = 1e-3;
 const PLACES_PER_CHIP: f64 = 8.0;
 
 /// Most paths of the own code, and of other sensors, where the scene does not say.
-const MOST_OWN: usize = 4;
+pub const MOST_OWN: usize = 4;
 pub const MOST_OTHERS: usize = 8;
 
 /// A code that light may have, and of how many paths.

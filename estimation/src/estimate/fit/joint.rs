@@ -5,7 +5,7 @@
 //! make ghosts: it multiplies the light with itself, and a product of shifted Gold codes is a Gold
 //! code of the same set.
 
-use super::air::{Air, KnownCode};
+use super::air::{Air, KnownCode, MOST_OTHERS, MOST_OWN};
 use super::descent::Hypothesis;
 use super::error::FitError;
 use super::known_moments::KnownMoments;
@@ -19,8 +19,8 @@ use crate::estimate::distance_m;
 use crate::math::bisected;
 use crate::response::MeanCount;
 
-/// Most paths of one fit: bounds its time.
-const MOST_PATHS: usize = 12;
+/// Most paths of one fit, which bounds its time.
+const MOST_PATHS: usize = MOST_OWN + MOST_OTHERS;
 
 /// A path whose significance is this many thresholds is not questioned again.
 const SURE: f64 = 2.0;

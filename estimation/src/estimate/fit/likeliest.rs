@@ -46,7 +46,7 @@ const FEW_PHOTONS: f64 = 1_000.0;
 const MOST_DRAWN: f64 = 4_000.0;
 const SEED: u64 = 0x6c69_6b65;
 /// Means that directions are taken out of are at least this share of the true ones.
-const LEAST_SHARE: f64 = 1e-6;
+const LEAST_MEAN_SHARE: f64 = 1e-6;
 /// As far as drawn scatter may be from the inverse of the information where this is a bound: the draws'
 /// own error is less, and fits have scattered by 1 to 2 % less than drawn.
 const MOST_OFF_INFORMATION: f64 = 0.03;
@@ -118,7 +118,7 @@ impl Scatter<'_> {
         };
         let mut gain = 0.0;
         for (apart, mean) in apart.iter_mut().zip(means) {
-            let share = (*apart / mean.sqrt()).max(LEAST_SHARE - 1.0);
+            let share = (*apart / mean.sqrt()).max(LEAST_MEAN_SHARE - 1.0);
             gain += mean * (share.ln_1p() - share);
             *apart = mean.sqrt() * share.ln_1p();
         }
@@ -130,7 +130,7 @@ impl Scatter<'_> {
     fn tells(&self, mut light: DVector<f64>, apart: &DVector<f64>) -> DVector<f64> {
         if let Scatter::Poisson(means) = *self {
             for ((light, apart), mean) in light.iter_mut().zip(apart).zip(means) {
-                *light /= (1.0 + apart / mean.sqrt()).max(LEAST_SHARE);
+                *light /= (1.0 + apart / mean.sqrt()).max(LEAST_MEAN_SHARE);
             }
         }
         light

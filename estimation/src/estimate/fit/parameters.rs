@@ -6,11 +6,9 @@ use super::normal::Normal;
 use crate::code::Code;
 use crate::response::{Light, LightPath, MeanCount};
 
-/// Steps for derivatives: delay in chips, logarithm of a strength, and constant
-/// light as a share of all light.
+/// Steps for derivatives: delay in chips, and light as a share of what it is.
 pub const DELAY_STEP_CHIPS: f64 = 2e-3;
-const STRENGTH_STEP: f64 = 5e-3;
-const CONSTANT_STEP: f64 = 5e-3;
+const LIGHT_STEP: f64 = 5e-3;
 
 /// Derivatives are good for steps of a fit this near: delay in chips, and shares of
 /// the light.
@@ -242,12 +240,12 @@ impl FitParameters {
                 DELAY_STEP_CHIPS
             }
             Some(path) => {
-                path.ln_rate += sign * STRENGTH_STEP;
-                STRENGTH_STEP
+                path.ln_rate += sign * LIGHT_STEP;
+                LIGHT_STEP
             }
             None => {
                 // There is no less light than none.
-                let step = (sign * CONSTANT_STEP * self.brightest()).max(-self.constant);
+                let step = (sign * LIGHT_STEP * self.brightest()).max(-self.constant);
                 nudged.constant += step;
                 return (nudged, step);
             }

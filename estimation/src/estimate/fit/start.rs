@@ -19,11 +19,11 @@ use crate::scene::{Detector, DetectorIndex, JitterTail};
 use crate::sensor::Sensor;
 
 /// Least share of the light that a start attributes to the path.
-const LEAST_SHARE: f64 = 0.02;
+const LEAST_PATH_SHARE: f64 = 0.02;
 
 /// Largest share of the light that a start attributes to the path: with all of it, a count of the
 /// other sign would be impossible.
-const MOST_SHARE: f64 = 0.999;
+const MOST_PATH_SHARE: f64 = 0.999;
 
 /// A shape that changes by so little over a scan's steps does so by rounding.
 const NEXT_TO_NOTHING: f64 = 1e-9;
@@ -70,7 +70,7 @@ pub fn start(
         return Err(NoEstimate::NotModulated);
     }
     let contrast = (signed / total + zeros - ones) / (2.0 * ones * zeros);
-    let rate = mean * contrast.clamp(LEAST_SHARE, MOST_SHARE / ones);
+    let rate = mean * contrast.clamp(LEAST_PATH_SHARE, MOST_PATH_SHARE / ones);
     Ok(FitParameters {
         paths: vec![PathParameters {
             code: Arc::clone(code),

@@ -11,7 +11,7 @@ fn file() -> String {
     format!("phase_step,count\n{}", rows.collect::<String>())
 }
 
-/// The file of these bytes; line 0 where it is no text.
+/// The file of these bytes; line 0 where it is not text.
 fn read(bytes: &[u8]) -> Result<CountsFile, Wrong> {
     let decoded = decoded(bytes.to_vec()).map_err(|error| (0, error.to_string()))?;
     CountsFile::of("lab.csv", decoded)

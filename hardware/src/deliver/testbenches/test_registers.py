@@ -65,7 +65,7 @@ def count(chips, step):
     each that is 1, up where the delayed reference is 1, else down."""
     total = 0
     for chip, level in enumerate(chips):
-        # One that follows another at once, in a chip of one sample, is no rising edge.
+        # One that follows another at once, in a chip of one sample, is not a rising edge.
         if level and not (SAMPLES == 1 and chips[chip - 1]):
             place = (chip + 1) * SAMPLES - step
             total += 1 if chips[place // SAMPLES % CODE_CHIPS] else -1

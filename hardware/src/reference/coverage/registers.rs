@@ -484,7 +484,7 @@ fn conversation(interface: &Interface, plan: &RegisterPlan, scan: u64) -> Vec<Re
     requests.extend([read(STATUS), run(&[]), wait, read(STATUS), status(&all), read(STATUS)]);
     requests.extend([run(&[state::SINGLE]), wait, wait]);
     requests.extend([run(&[state::RUN, state::SINGLE]), wait, run(&[state::RUN]), wait]);
-    // What is no register, or cannot be written.
+    // What is not a register, or cannot be written.
     let beyond = 4 << plan.word_bits();
     for word in 0..IDENTITY_WORDS as u32 + plan.settings() as u32 + 1 {
         if (word as usize) < IDENTITY_WORDS || word as usize >= plan.words() {

@@ -72,7 +72,7 @@ impl Running {
             let segments = correlator.count_segments;
             segments.borders().chain([segments.bits()])
         });
-        // What no number of hits can reach is no point of the table either.
+        // What no number of hits can reach is not a point of the table either.
         let borders: Vec<u32> = borders.filter(|&bit| bit < i64::BITS - 1).collect();
         let detectors = interface.reference_codes.len();
         Running {

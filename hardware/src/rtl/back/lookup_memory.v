@@ -28,11 +28,8 @@ module lookup_memory #(
 
     assign o_word = words[i_address];
 
-    always @(posedge i_clk) begin
-        if (i_write) begin
-            words[i_write_address] <= i_data;
-        end
-    end
+    always @(posedge i_clk)
+        if (i_write) words[i_write_address] <= i_data;
 
 endmodule
 

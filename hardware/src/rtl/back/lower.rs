@@ -263,7 +263,7 @@ impl Lowering<'_> {
         };
         match value.and_then(|value| u32::try_from(value).ok()) {
             Some(value) => Ok(value),
-            None => unsupported("a bit position that is no number of 32 bits"),
+            None => unsupported("a bit position that is not a number of 32 bits"),
         }
     }
 

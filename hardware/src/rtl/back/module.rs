@@ -271,6 +271,8 @@ fn is_simple(value: &Expr) -> bool {
     match value {
         Expr::Signal { .. } | Expr::Slice { .. } | Expr::Literal { .. } => true,
         Expr::Concat(parts) => parts.iter().all(is_simple),
+        Expr::Unary(UnaryOp::Not, operand) => is_simple(operand),
+        Expr::Binary(op, left, right) => op.is_bitwise() && is_simple(left) && is_simple(right),
         _ => false,
     }
 }

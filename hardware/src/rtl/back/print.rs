@@ -8,9 +8,10 @@ use super::number::Num;
 use super::prefix::Prefix;
 use super::scope::{CLOCK, RESET};
 use super::sheet::{Declaration, GENERATED, INDICES, InstanceGroup, Sheet};
+use super::term::Term;
 use super::text::{
-    LINE_WIDTH, clocked_block, commented, expression, loop_head, operand_of, push_broken, symbol,
-    wrapped,
+    LINE_WIDTH, LINE_WIDTH_BESIDE, clocked_block, commented, expression, filled, loop_head,
+    operand_of, push_broken, symbol, wrapped,
 };
 use crate::rtl::front::{Size, StateCheck};
 
@@ -43,7 +44,7 @@ pub fn module_text(types: &[ModuleType], index: usize, prefix: &Prefix, made_by:
     let mut body = requirements(this);
     body.push_str(&constants(this, &heads));
     body.push_str(&declarations(&this.sheet));
-    body.push_str(&assignments(&this.sheet.assigns));
+    body.push_str(&assignments(&this.sheet));
     for (group, head) in this.sheet.groups.iter().zip(&heads) {
         body.push_str(&instance(group, &head.text));
     }
@@ -156,19 +157,24 @@ fn listed(mut lines: Vec<(String, String)>) -> String {
 
 /// Lines of code, their comments below one another.
 fn aligned(lines: &[(String, String)]) -> String {
-    let padding = lines.iter().map(|(code, _)| code.len()).max().unwrap_or(0);
+    let said = lines.iter().filter(|(_, about)| !about.is_empty());
+    let padding = said.map(|(code, _)| code.len()).max().unwrap_or(0);
     let line = |(code, about): &(String, String)| commented(4, code, padding, about);
     lines.iter().map(line).collect()
 }
 
 /// The ports. Clock and reset are explained in the top module only.
 fn port_list(sheet: &Sheet, is_top: bool) -> String {
-    let lines = declared(&sheet.ports, |port| is_top || !is_clock_or_reset(port), "");
-    let listed = listed(lines);
+    let said = |port: &Declaration| match is_top || !is_clock_or_reset(port) {
+        true => port.clone(),
+        false => Declaration { about: String::new(), ..port.clone() },
+    };
+    let ports = sharing_lines(sheet.ports.iter().map(said));
+    let listed = listed(declared(&ports, ""));
     let mut out = String::new();
     let mut before: Option<&Declaration> = None;
     let mut printed = listed.lines();
-    for port in &sheet.ports {
+    for port in &ports {
         if before.is_some_and(|before| group_of(before) != group_of(port)) {
             out.push('\n');
         }
@@ -190,24 +196,42 @@ fn port_list(sheet: &Sheet, is_top: bool) -> String {
     out
 }
 
+/// Declarations of which like neighbours without a comment are one; outputs have a line each, by which
+/// proofs find them.
+fn sharing_lines(all: impl Iterator<Item = Declaration>) -> Vec<Declaration> {
+    let mut out: Vec<Declaration> = Vec::new();
+    for one in all {
+        if let Some(before) = out.last_mut()
+            && [&*before, &one].iter().all(|one| one.about.is_empty())
+            && !one.kind.starts_with("output")
+            && (before.kind, &before.width, &before.heading) == (one.kind, &one.width, &one.heading)
+            && before.name.len() + 2 + one.name.len() <= MOST_NAMES
+        {
+            before.name += &format!(", {}", one.name);
+        } else {
+            out.push(one);
+        }
+    }
+    out
+}
+
+/// Characters of names that share a declaration.
+const MOST_NAMES: usize = 76;
+
 /// Declarations in columns, each with what is said of it.
-fn declared(
-    all: &[Declaration],
-    is_said: impl Fn(&Declaration) -> bool,
-    end: &str,
-) -> Vec<(String, String)> {
+fn declared(all: &[Declaration], end: &str) -> Vec<(String, String)> {
     let range_width = all.iter().map(|one| range(&one.width).len()).max().unwrap_or(0);
     let space = if range_width > 0 { " " } else { "" };
     let line = |one: &Declaration| {
         let range = range(&one.width);
         let code = format!("{}{space}{range:range_width$} {}{end}", one.kind, one.name);
-        (code, if is_said(one) { one.about.clone() } else { String::new() })
+        (code, one.about.clone())
     };
     all.iter().map(line).collect()
 }
 
 fn is_clock_or_reset(port: &Declaration) -> bool {
-    [CLOCK.0, RESET.0].contains(&port.name.as_str())
+    port.name.split(", ").all(|name| [CLOCK.0, RESET.0].contains(&name))
 }
 
 /// What stands together in a list of ports.
@@ -386,19 +410,72 @@ fn indented(text: &str) -> String {
     text.lines().map(line).collect()
 }
 
-fn connections(out: &mut String, connections: &[(String, super::term::Term)]) {
+/// What an instance is connected to, a line for each port; clock and reset share one, and so do many
+/// neighbours that go straight through.
+fn connections(out: &mut String, connections: &[(String, Term)]) {
     let port_width = connections.iter().map(|(port, _)| port.len()).max().unwrap_or(0);
-    for (number, (port, value)) in connections.iter().enumerate() {
-        let comma = if number + 1 < connections.len() { "," } else { "" };
-        let value = format!("({}){comma}", expression(value));
-        push_broken(out, 8, &format!(".{port:port_width$}"), &value);
+    let last = connections.len() - 1;
+    let texts: Vec<(String, String)> = connections
+        .iter()
+        .enumerate()
+        .map(|(number, (port, value))| {
+            let comma = if number < last { "," } else { "" };
+            (format!(".{port}"), format!("({}){comma}", expression(value)))
+        })
+        .collect();
+    let kind = |(port, value): &(String, Term)| match *value == Term::Name(port.clone()) {
+        true if [CLOCK.0, RESET.0].contains(&port.as_str()) => Passes::Clocking,
+        true => Passes::Through,
+        false => Passes::Renamed,
+    };
+    let mut at = 0;
+    for run in connections.chunk_by(|a, b| kind(a) == kind(b)) {
+        let texts = &texts[at..at + run.len()];
+        at += run.len();
+        match kind(&run[0]) {
+            Passes::Renamed => {}
+            Passes::Through if run.len() < LEAST_THROUGH => {}
+            _ => {
+                let all: Vec<String> =
+                    texts.iter().map(|(port, value)| format!("{port} {value}")).collect();
+                for line in filled(&all.join(" "), 0, LINE_WIDTH - 8) {
+                    let _ = writeln!(out, "        {line}");
+                }
+                continue;
+            }
+        }
+        for (port, value) in texts {
+            push_broken(out, 8, &format!("{port:width$}", width = port_width + 1), value);
+        }
     }
     out.push_str("    );\n");
 }
 
+/// How a port of an instance is connected.
+#[derive(PartialEq)]
+enum Passes {
+    /// The clock, or the reset.
+    Clocking,
+    /// To what has its name.
+    Through,
+    /// To something else.
+    Renamed,
+}
+
+/// Neighbours that go straight through and share lines.
+const LEAST_THROUGH: usize = 2;
+
+/// Registers, wires, and what the wires are made of where one expression says that.
 fn declarations(sheet: &Sheet) -> String {
     let mut out = String::new();
-    let lines = declared(&sheet.declarations, |_| true, ";");
+    let made: Vec<&str> = sheet.made_at_once().iter().map(|(one, _)| one.name.as_str()).collect();
+    let others = sheet.declarations.iter().filter(|one| !made.contains(&one.name.as_str()));
+    let (mut plain, others): (Vec<&Declaration>, Vec<&Declaration>) =
+        others.partition(|one| one.kind == "wire" && one.about.is_empty());
+    // Those of one width stand together.
+    let known = plain.clone();
+    plain.sort_by_key(|one| known.iter().position(|other| other.width == one.width));
+    let lines = declared(&sharing_lines(others.into_iter().chain(plain).cloned()), ";");
     if !lines.is_empty() {
         out = format!("\n{}", aligned(&lines));
     }
@@ -412,13 +489,46 @@ fn declarations(sheet: &Sheet) -> String {
     };
     counters("integer", INDICES.into_iter().filter(|index| sheet.loops_with(index)).collect());
     counters("genvar", GENERATED.into_iter().filter(|index| sheet.generates_with(index)).collect());
-    out
+    out + &made_wires(sheet)
 }
 
-fn assignments(assigns: &[VerilogLine]) -> String {
+/// Wires with what they are made of, each behind those that it is made of.
+fn made_wires(sheet: &Sheet) -> String {
+    let made = sheet.made_at_once();
+    let declared = declared(&made.iter().map(|(one, _)| (*one).clone()).collect::<Vec<_>>(), " =");
     let mut out = String::new();
-    let (loops, plain): (Vec<&VerilogLine>, Vec<&VerilogLine>) =
-        assigns.iter().partition(|line| !matches!(line, VerilogLine::Store { .. }));
+    for ((head, about), (_, value)) in declared.iter().zip(&made) {
+        let value = format!("{};", expression(value));
+        let beside = format!("    {head} {value} // {about}");
+        if about.is_empty() {
+            push_broken(&mut out, 4, head, &value);
+        } else if beside.len() <= LINE_WIDTH_BESIDE {
+            let _ = writeln!(out, "{beside}");
+        } else {
+            for line in wrapped(about, LINE_WIDTH - 7) {
+                let _ = writeln!(out, "    // {line}");
+            }
+            push_broken(&mut out, 4, head, &value);
+        }
+    }
+    if out.is_empty() { out } else { format!("\n{out}") }
+}
+
+/// What is left to assign to ports, to parts of vectors, and in loops.
+fn assignments(sheet: &Sheet) -> String {
+    let mut out = String::new();
+    let made = sheet.made_at_once();
+    let is_left = |line: &&VerilogLine| match line {
+        VerilogLine::Store { target: Term::Name(name), .. } => {
+            made.iter().all(|(one, _)| one.name != *name)
+        }
+        _ => true,
+    };
+    let (loops, plain): (Vec<&VerilogLine>, Vec<&VerilogLine>) = sheet
+        .assigns
+        .iter()
+        .filter(is_left)
+        .partition(|line| !matches!(line, VerilogLine::Store { .. }));
     if !plain.is_empty() {
         out.push('\n');
     }

@@ -13,8 +13,7 @@ module register_memory #(
     parameter ADDRESS_BITS = 4,
     parameter [32*(1<<ADDRESS_BITS)-1:0] INITIAL = 0
 ) (
-    input  wire                    i_clk,
-    input  wire                    i_rst,
+    input  wire                    i_clk, i_rst,
 
     // Port that writes
     input  wire                    i_write,
@@ -31,17 +30,11 @@ module register_memory #(
 
     assign o_word = words[i_address];
 
-    initial begin
-        for (k = 0; k < (1 << ADDRESS_BITS); k = k + 1) begin
-            words[k] = INITIAL[32*k +: 32];
-        end
-    end
+    initial
+        for (k = 0; k < (1 << ADDRESS_BITS); k = k + 1) words[k] = INITIAL[32*k +: 32];
 
-    always @(posedge i_clk) begin
-        if (i_write & ~i_rst) begin
-            words[i_write_address] <= i_data;
-        end
-    end
+    always @(posedge i_clk)
+        if (i_write & ~i_rst) words[i_write_address] <= i_data;
 
 endmodule
 

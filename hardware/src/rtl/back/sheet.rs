@@ -186,6 +186,24 @@ impl Sheet {
         }
     }
 
+    /// Wires that one expression makes, and that expression: each behind those that it is made of.
+    pub fn made_at_once(&self) -> Vec<(&Declaration, &Term)> {
+        let mut left: Vec<(&Declaration, &Term)> = Vec::new();
+        for line in &self.assigns {
+            if let VerilogLine::Store { target: Term::Name(target), value } = line {
+                let mut wires = self.declarations.iter().filter(|one| one.kind == "wire");
+                left.extend(wires.find(|one| one.name == *target).map(|one| (one, value)));
+            }
+        }
+        let mut out = Vec::new();
+        while !left.is_empty() {
+            let is_left = |name: &str| left.iter().any(|(one, _)| one.name == name);
+            let next = left.iter().position(|(_, value)| !value.names(&mut |name| is_left(name)));
+            out.push(left.remove(next.expect("nothing is made of itself")));
+        }
+        out
+    }
+
     /// Whether a loop that makes hardware counts with `index`.
     pub fn generates_with(&self, index: &str) -> bool {
         let has_family = self.groups.iter().any(InstanceGroup::is_family);

@@ -279,7 +279,7 @@ impl ModuleNames {
         let contents = pin("", name.to_uppercase(), 1 << width, SignalRole::Table, about);
         let address_name = format!("{name}.address");
         let address = pin("address", address_name, width, SignalRole::TableAddress(index), "");
-        let data = pin("data", format!("{name}_entry"), 1, SignalRole::TableData(index), about);
+        let data = pin("data", format!("{name}_entry"), 1, SignalRole::TableData(index), "");
         self.tables.push(TablePins { contents, bits: bits.to_vec(), address, data });
     }
 
@@ -416,7 +416,7 @@ impl VectorName {
         VectorName { name: of(&self.name), element }
     }
 
-    /// What is no element of a vector.
+    /// What is not an element of a vector.
     fn alone(name: impl Into<String>) -> VectorName {
         VectorName { name: name.into(), element: None }
     }

@@ -75,6 +75,17 @@ impl Term {
         }
     }
 
+    /// Whether it names a signal of which `is_meant` holds.
+    pub fn names(&self, is_meant: &mut dyn FnMut(&str) -> bool) -> bool {
+        let mut found = false;
+        self.clone().each_leaf(&mut |leaf| {
+            if let Leaf::Name(name) = leaf {
+                found |= is_meant(name);
+            }
+        });
+        found
+    }
+
     /// Bits, where the text says so.
     pub fn width(&self) -> Option<Num> {
         match self {

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::expr::{BinaryOp, UnaryOp};
 use super::lines::VerilogLine;
 use super::number::Num;
+use super::scope::RESET;
 use super::sheet::Sheet;
 use super::term::Term;
 
@@ -12,7 +13,7 @@ use super::term::Term;
 pub const LINE_WIDTH: usize = 96;
 
 /// Characters in a line with a comment beside its code.
-const LINE_WIDTH_BESIDE: usize = 100;
+pub const LINE_WIDTH_BESIDE: usize = 100;
 
 /// Words in lines of at most `width` characters.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
@@ -70,7 +71,7 @@ pub fn push_broken(out: &mut String, indent: usize, head: &str, rest: &str) {
 }
 
 /// `text` in lines of at most `width`, broken at gaps of at most `rank`.
-fn filled(text: &str, rank: usize, width: usize) -> Vec<String> {
+pub fn filled(text: &str, rank: usize, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     let mut start = 0;
     let ends = gaps(text).filter(|gap| gap.1 <= rank).map(|gap| gap.0);
@@ -114,8 +115,14 @@ pub fn clocked_block(sheet: &Sheet) -> String {
     if sheet.resets.is_empty() {
         return String::new();
     }
-    let mut out = "\n    always @(posedge i_clk) begin\n        if (i_rst) begin\n".to_owned();
-    push_lines(&mut out, &sheet.resets, 12);
+    let mut out = "\n    always @(posedge i_clk)\n".to_owned();
+    let reset = Term::Name(RESET.0.to_owned());
+    if let Some(lines) = short_if("if", (&reset, &sheet.resets, &sheet.clocked), 8) {
+        lines.iter().for_each(|line| _ = writeln!(out, "{line}"));
+        return out;
+    }
+    out.push_str("        if (i_rst) begin\n");
+    push_resets(&mut out, &sheet.resets, 12);
     match sheet.clocked.as_slice() {
         [] => out.push_str("        end\n"),
         [VerilogLine::If { test, yes, no }] => push_if(&mut out, "end else if", (test, yes, no), 8),
@@ -125,8 +132,30 @@ pub fn clocked_block(sheet: &Sheet) -> String {
             out.push_str("        end\n");
         }
     }
-    out.push_str("    end\n");
     out
+}
+
+/// Registers to 0 that have a line each.
+const MOST_RESETS_ALONE: usize = 3;
+
+/// Values after reset. Of many registers those to 0 have one statement.
+fn push_resets(out: &mut String, resets: &[VerilogLine], indent: usize) {
+    let cleared = |line: &VerilogLine| match line {
+        VerilogLine::Store { target, value: Term::Literal { value: 0, .. } } => {
+            Some(expression(target))
+        }
+        _ => None,
+    };
+    let all: Vec<String> = resets.iter().filter_map(cleared).collect();
+    if all.len() <= MOST_RESETS_ALONE {
+        return push_lines(out, resets, indent);
+    }
+    for line in filled(&format!("{{{}}} <= 0;", all.join(", ")), 2, LINE_WIDTH - indent) {
+        let _ = writeln!(out, "{:indent$}{line}", "");
+    }
+    let others: Vec<VerilogLine> =
+        resets.iter().filter(|line| cleared(line).is_none()).cloned().collect();
+    push_lines(out, &others, indent);
 }
 
 /// How a loop begins.
@@ -163,6 +192,12 @@ fn push_if(
         let inverted = Term::Unary(UnaryOp::Not, Box::new(test.clone()));
         return push_if(out, head, (&inverted, no, &[]), indent);
     }
+    if head == "if"
+        && let Some(lines) = short_if("if", (test, yes, no), indent)
+    {
+        lines.iter().for_each(|line| _ = writeln!(out, "{line}"));
+        return;
+    }
     let test = format!("({}) begin", expression(test));
     push_broken(out, indent, head, &test);
     push_lines(out, yes, indent + 4);
@@ -177,6 +212,30 @@ fn push_if(
         }
     }
     let _ = writeln!(out, "{:indent$}end", "");
+}
+
+/// An `if` of single statements, a line for each; none where one is longer than a line.
+fn short_if(
+    head: &str,
+    (test, yes, no): (&Term, &[VerilogLine], &[VerilogLine]),
+    indent: usize,
+) -> Option<Vec<String>> {
+    let line = |head: &str, block: &[VerilogLine]| {
+        let [VerilogLine::Store { target, value }] = block else {
+            return None;
+        };
+        let line = format!("{:indent$}{head} {} <= {};", "", expression(target), expression(value));
+        (line.len() <= LINE_WIDTH).then_some(line)
+    };
+    let mut lines = vec![line(&format!("{head} ({})", expression(test)), yes)?];
+    match no {
+        [] => {}
+        [VerilogLine::If { test, yes, no }] if !yes.is_empty() => {
+            lines.extend(short_if("else if", (test, yes, no), indent)?);
+        }
+        block => lines.push(line("else", block)?),
+    }
+    Some(lines)
 }
 
 /// A sized literal.

@@ -9,7 +9,6 @@
 //! where cells are combined before the FPGA.
 
 use crate::rtl::front::prelude::*;
-use crate::scene::Polarity;
 use crate::sensor::cells::{Cells, Gates};
 
 #[block(cell_combiner)]
@@ -21,10 +20,6 @@ use crate::sensor::cells::{Cells, Gates};
 pub struct CellCombiner {
     lanes: usize,
     cells: Cells,
-    /// A pulse is low.
-    polarity: Polarity,
-    #[set(polarity == Polarity::Low)]
-    inverts: bool,
     #[set(cells.count as usize)]
     count: usize,
     #[set(cells.gates() == Some(Gates::Xor))]
@@ -40,9 +35,6 @@ pub struct CellCombiner {
     /// level of the detector, bit 0 earliest
     #[width(lanes)]
     pub o_level: Output<Word>,
-    /// high during a pulse
-    #[width(lanes * count)]
-    pulses: Local<Word>,
     /// words that a round of adders takes: their first ones lowest, then their second and third
     #[each(round in adders.rounds.iter())]
     #[width(lanes * round.inputs() * round.adders.len())]
@@ -59,7 +51,6 @@ pub struct CellCombiner {
     #[each(_digit in adders.digits.iter())]
     #[width(lanes)]
     digit: Vec<Local<Word>>,
-    /// high during a pulse
     #[width(lanes)]
     level: Local<Word>,
 }
@@ -217,34 +208,25 @@ impl Adders {
 #[kernel]
 impl Logic for CellCombiner {
     fn update(&mut self) {
-        if self.inverts {
-            self.pulses.next = !self.i_samples.val();
-        } else {
-            self.pulses.next = self.i_samples.val();
-        }
         if self.adders.rounds.is_empty() {
             self.join();
         } else {
             self.count_pulses();
             self.compare();
         }
-        if self.inverts {
-            self.o_level.next = !self.level.val();
-        } else {
-            self.o_level.next = self.level.val();
-        }
+        self.o_level.next = self.level.val();
     }
 
     fn join(&mut self) {
         let lanes = self.lanes;
-        self.level.next = self.pulses.val().slice(0, lanes);
+        self.level.next = self.i_samples.val().slice(0, lanes);
         for c in 1..self.count {
             if self.is_xor {
-                self.level.next = self.level.val() ^ self.pulses.val().slice(lanes * c, lanes);
+                self.level.next = self.level.val() ^ self.i_samples.val().slice(lanes * c, lanes);
             } else if self.is_or {
-                self.level.next = self.level.val() | self.pulses.val().slice(lanes * c, lanes);
+                self.level.next = self.level.val() | self.i_samples.val().slice(lanes * c, lanes);
             } else {
-                self.level.next = self.level.val() & self.pulses.val().slice(lanes * c, lanes);
+                self.level.next = self.level.val() & self.i_samples.val().slice(lanes * c, lanes);
             }
         }
     }
@@ -257,7 +239,7 @@ impl Logic for CellCombiner {
             let inputs = self.adders.rounds[r].inputs();
             self.addends[r].next = gather(inputs * count, |b| {
                 if matches!(self.adders.rounds[r].source(b / lanes), Some(Source::Cell(_))) {
-                    self.pulses.val().get_bit(self.adders.bit(r, b, lanes))
+                    self.i_samples.val().get_bit(self.adders.bit(r, b, lanes))
                 } else if matches!(self.adders.rounds[r].source(b / lanes), Some(Source::Sum(..))) {
                     self.sum[self.adders.sums_of(self.adders.made_in(r, b / lanes))]
                         .val()

@@ -121,7 +121,7 @@ pub struct DetectorChannel {
     reference: CodeSource,
     #[is(PhaseStepper::new(geometry, start.0, looks_ahead, realigns, is_set))]
     stepper: PhaseStepper,
-    #[is(EdgeDetector::new(lanes, cells, interface.polarity))]
+    #[is(EdgeDetector::new(lanes, cells))]
     edges: EdgeDetector,
     #[when(banks == 0)]
     #[is(UpdownCorrelator::new(lanes, pairs, Some(segments)))]

@@ -5,7 +5,6 @@
 //! Cost (ECP5, docs/resources.md): 4 LUTs, 9 flip-flops.
 
 use crate::rtl::front::prelude::*;
-use crate::scene::Polarity;
 
 #[block(edge_detector)]
 /// one hit per rising edge of {if cells > 1 { "each cell's level" } else { "the SPAD's level" }}
@@ -13,8 +12,8 @@ use crate::scene::Polarity;
 /// Of two neighbouring samples at most one is a rising edge, and it is the earlier one exactly when that
 /// sample is high: two bits say all about a pair.
 ///
-/// The last sample of a word is kept outside scans too, so that a pulse that began before a scan is no
-/// hit of it.
+/// The last sample of a word is kept outside scans too, so that a pulse that began before a scan
+/// does not count in it.
 ///
 /// - Latency: 1 clock
 pub struct EdgeDetector {
@@ -23,10 +22,6 @@ pub struct EdgeDetector {
     cells: usize,
     #[set(lanes * cells)]
     samples: usize,
-    /// A pulse is low.
-    polarity: Polarity,
-    #[set(polarity == Polarity::Low)]
-    inverts: bool,
     #[set(cells * lanes.div_ceil(2))]
     pair_count: usize,
     /// Whether there is a pair, and not a single sample.
@@ -44,12 +39,6 @@ pub struct EdgeDetector {
     #[when(has_pairs)]
     #[width(pair_count)]
     pub o_early: Optional<Output<Word>>,
-    /// the samples the other way up: high during a pulse
-    #[when(inverts)]
-    #[width(samples)]
-    inverted: Optional<Local<Word>>,
-    #[width(samples)]
-    level: Local<Word>,
     /// each sample's level one sample earlier
     #[when(cells > 1)]
     #[width(samples)]
@@ -78,16 +67,10 @@ pub struct EdgeDetector {
 #[kernel]
 impl Logic for EdgeDetector {
     fn update(&mut self) {
-        if self.inverts {
-            self.inverted.next = !self.i_samples.val();
-            self.level.next = self.inverted.val();
-        } else {
-            self.level.next = self.i_samples.val();
-        }
         if self.last_sample.is_present() {
-            self.last_sample.next = self.level.val().get_bit(self.lanes - 1);
-            self.rising.next = self.level.val()
-                & !((self.level.val() << 1) | bit_cast(self.last_sample.val(), self.lanes))
+            self.last_sample.next = self.i_samples.val().get_bit(self.lanes - 1);
+            self.rising.next = self.i_samples.val()
+                & !((self.i_samples.val() << 1) | bit_cast(self.last_sample.val(), self.lanes))
                 & signed_cast(self.i_run.val());
         } else {
             self.find_edges_of_cells();
@@ -102,7 +85,8 @@ impl Logic for EdgeDetector {
         self.hits.next = self.pairs.val();
         self.o_hits.next = self.hits.val();
         if self.early.is_present() {
-            self.earlier.next = gather(self.pair_count, |pair| self.level.val().get_bit(2 * pair));
+            self.earlier.next =
+                gather(self.pair_count, |pair| self.i_samples.val().get_bit(2 * pair));
             self.early.next = self.earlier.val();
             self.o_early.next = self.early.val();
         }
@@ -111,15 +95,15 @@ impl Logic for EdgeDetector {
     fn find_edges_of_cells(&mut self) {
         let lanes = self.lanes;
         self.last_samples.next =
-            gather(self.cells, |cell| self.level.val().get_bit(lanes * cell + lanes - 1));
+            gather(self.cells, |cell| self.i_samples.val().get_bit(lanes * cell + lanes - 1));
         self.earlier_level.next = gather(self.samples, |sample| {
             if sample % lanes == 0 {
                 self.last_samples.val().get_bit(sample / lanes)
             } else {
-                self.level.val().get_bit(sample - 1)
+                self.i_samples.val().get_bit(sample - 1)
             }
         });
         self.rising.next =
-            self.level.val() & !self.earlier_level.val() & signed_cast(self.i_run.val());
+            self.i_samples.val() & !self.earlier_level.val() & signed_cast(self.i_run.val());
     }
 }

@@ -30,7 +30,7 @@ pub struct HistogramChannel {
     /// a hit found its bin full
     #[when(plan.saturates())]
     pub o_clamped: Optional<Output<bool>>,
-    #[is(EdgeDetector::new(plan.row_bins as usize, 1, plan.polarity))]
+    #[is(EdgeDetector::new(plan.row_bins as usize, 1))]
     edges: EdgeDetector,
     #[each(_adder in 0..plan.adders())]
     #[is(BinAdder::new(plan))]

@@ -81,7 +81,7 @@ impl Logic for HistogramTop {
         let lanes = self.histogram.row_bins as usize;
         for d in 0..self.channel.len() {
             self.channel[d].i_samples.next = if self.io.combiner.is_empty() {
-                self.io.i_samples.val().slice(lanes * d, lanes)
+                self.io.pulses.val().slice(lanes * d, lanes)
             } else {
                 self.io.combiner[d].o_level.val()
             };

@@ -7,7 +7,6 @@
 
 use super::{EdgeDetector, UpdownCorrelator};
 use crate::rtl::front::prelude::*;
-use crate::scene::Polarity;
 
 #[block(pixel)]
 /// one detector's hits, counted up and down for a window
@@ -21,7 +20,6 @@ pub struct Pixel {
     lanes: usize,
     /// Levels whose edges are counted.
     cells: usize,
-    polarity: Polarity,
     /// Bits of the counter.
     bits: u32,
     /// {if cells > 1 { "level of each cell, bit 0 earliest, cell 0 lowest" } else { "level of the SPAD, bit 0 earliest" }}
@@ -40,7 +38,7 @@ pub struct Pixel {
     /// this one's
     #[width(bits)]
     pub o_piece: Output<Word>,
-    #[is(EdgeDetector::new(lanes, cells, polarity))]
+    #[is(EdgeDetector::new(lanes, cells))]
     edges: EdgeDetector,
     #[is(UpdownCorrelator::new(lanes, cells * lanes.div_ceil(2), None))]
     correlator: UpdownCorrelator,

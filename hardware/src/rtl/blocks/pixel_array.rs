@@ -76,7 +76,7 @@ pub struct PixelArray {
     #[is(PhaseStepper::new(geometry, reference.1.0, true, realigns, false))]
     stepper: Vec<PhaseStepper>,
     #[each(_detector in 0..plan.detectors)]
-    #[is(Pixel::new(lanes, cells, interface.polarity, plan.piece_bits))]
+    #[is(Pixel::new(lanes, cells, plan.piece_bits))]
     pixel: Vec<Pixel>,
     #[is(RowSums::new(plan, counts.count_bits, counts.clocks_to_dump() - 1))]
     sums: RowSums,

@@ -75,6 +75,8 @@ pub struct RegisterFile {
     peak_bits: (u32, u32),
     #[set(plan.word_bits() as usize)]
     word_bits: usize,
+    #[set((0..1 << plan.word_bits()).map(|word| (IDENTITY_WORDS..plan.words()).contains(&word).into()).collect())]
+    which_are_settings: Vec<u8>,
     #[set(plan.peaks as usize)]
     peaks: usize,
     #[set(peaks > 0)]
@@ -88,10 +90,9 @@ pub struct RegisterFile {
     /// Bits of the number of such a word.
     #[set(if has_peaks { peak_words.next_power_of_two().trailing_zeros() as usize } else { 0 })]
     peak_words_bits: usize,
-    #[set(which(plan.word_bits(), |word| {
-        (IDENTITY_WORDS..plan.words()).contains(&word)
-    }))]
-    which_are_settings: Vec<u8>,
+    /// Places of the flags that there are in the status register.
+    #[set(flags(saturates, tracks))]
+    flag_places: Vec<u32>,
     /// ports
     #[is(RegisterPorts::new())]
     pub io: RegisterPorts,
@@ -158,7 +159,7 @@ pub struct RegisterFile {
     read: Register<bool>,
     /// it has been
     fetched: Register<bool>,
-    /// the address that is read is a word's in the memory, but for the state's bit
+    /// the address read is a word's in the memory, but for the state's bit
     by_word: Register<bool>,
     /// it has the state's bit
     by_state: Register<bool>,
@@ -189,13 +190,15 @@ pub struct RegisterFile {
     /// one scan is asked for
     single: Register<bool>,
     changed: Register<bool>,
-    overrun: Register<bool>,
-    #[when(saturates)]
-    saturated: Optional<Register<bool>>,
-    refused: Register<bool>,
-    /// a target was lost
-    #[when(tracks)]
-    target_lost: Optional<Register<bool>>,
+    /// what a host has not cleared yet, in the status register's order
+    #[width(flag_places.len())]
+    flags: Register<Word>,
+    /// flags that the host clears
+    #[width(flag_places.len())]
+    cleared: Local<Word>,
+    /// flags that are raised, which wins
+    #[width(flag_places.len())]
+    raised: Local<Word>,
     /// groups of results that were lost
     #[width(LOST_BITS)]
     lost: Register<Word>,
@@ -213,18 +216,21 @@ pub struct RegisterFile {
     #[when(has_peaks)]
     #[width(peak_words_bits)]
     peak_word: Optional<Local<Word>>,
-    /// what is read is in the memory, or of the state
-    of_either: Local<bool>,
     /// a whole word is written
     writes: Local<bool>,
-    was_clamped: Local<bool>,
     /// the bytes of a word have one address; linters know by the name
     unused: Local<bool>,
 }
 
-/// A table of the words for which something holds.
-fn which(word_bits: u32, holds: impl Fn(usize) -> bool) -> Vec<u8> {
-    (0..1 << word_bits).map(|word| u8::from(holds(word))).collect()
+/// Places in the status register of the flags of such hardware.
+fn flags(saturates: bool, tracks: bool) -> Vec<u32> {
+    let all = [
+        (state::OVERRUN, true),
+        (state::SATURATED, saturates),
+        (state::REFUSED, true),
+        (state::LOCK_LOST, tracks),
+    ];
+    all.into_iter().filter(|(_, is_there)| *is_there).map(|(place, _)| place).collect()
 }
 
 fn describe(plan: &RegisterPlan) -> About {
@@ -291,17 +297,18 @@ impl Logic for RegisterFile {
         self.of_word.d.next = self.by_word.q.val() & !self.by_state.q.val();
         self.of_state.d.next =
             self.by_word.q.val() & self.by_state.q.val() & self.by_first_two.q.val();
-        self.of_either.next =
-            self.by_word.q.val() & (!self.by_state.q.val() | self.by_first_two.q.val());
         if self.has_peaks {
             self.by_peak.d.next = !self.io.s_axil_araddr.val().get_bit(STATE_BIT + 1)
                 & self.io.s_axil_araddr.val().get_bit(STATE_BIT)
                 & !self.io.s_axil_araddr.val().get_bit(STATE_BIT - 1)
                 & self.io.s_axil_araddr.val().get_bit(PEAK_BIT)
                 & (self.io.s_axil_araddr.val().slice(2, PEAK_BIT - 2) < self.peak_words);
-            self.of_register.d.next = self.of_either.val() | self.by_peak.q.val();
+            self.of_register.d.next = (self.by_word.q.val()
+                & (!self.by_state.q.val() | self.by_first_two.q.val()))
+                | self.by_peak.q.val();
         } else {
-            self.of_register.d.next = self.of_either.val();
+            self.of_register.d.next =
+                self.by_word.q.val() & (!self.by_state.q.val() | self.by_first_two.q.val());
         }
     }
 
@@ -390,32 +397,25 @@ impl Logic for RegisterFile {
     }
 
     fn tell(&mut self) {
-        if self.writes.val() & self.to_state.q.val() & self.io.s_axil_awaddr.val().get_bit(2) {
-            if self.io.s_axil_wdata.val().get_bit(state::OVERRUN as usize) {
-                self.overrun.d.next = false;
+        self.cleared.next = gather(self.flag_places.len(), |flag| {
+            self.io.s_axil_wdata.val().get_bit(self.flag_places[flag] as usize)
+        }) & signed_cast(
+            self.writes.val() & self.to_state.q.val() & self.io.s_axil_awaddr.val().get_bit(2),
+        );
+        self.raised.next = gather(self.flag_places.len(), |flag| {
+            if self.flag_places[flag] == state::OVERRUN {
+                self.i_lost.val()
+            } else if self.flag_places[flag] == state::SATURATED {
+                self.i_clamps.val()
+            } else if self.flag_places[flag] == state::REFUSED {
+                self.i_refused.val()
+            } else {
+                self.i_target_lost.val()
             }
-            if self.io.s_axil_wdata.val().get_bit(state::REFUSED as usize) {
-                self.refused.d.next = false;
-            }
-            if self.saturates && self.io.s_axil_wdata.val().get_bit(state::SATURATED as usize) {
-                self.saturated.d.next = false;
-            }
-            if self.tracks && self.io.s_axil_wdata.val().get_bit(state::LOCK_LOST as usize) {
-                self.target_lost.d.next = false;
-            }
-        }
-        if self.i_refused.val() {
-            self.refused.d.next = true;
-        }
+        });
+        self.flags.d.next = (self.flags.q.val() & !self.cleared.val()) | self.raised.val();
         if self.i_lost.val() {
-            self.overrun.d.next = true;
             self.lost.d.next = self.lost.q.val() + 1;
-        }
-        if self.saturates && self.i_clamps.val() {
-            self.saturated.d.next = true;
-        }
-        if self.tracks && self.i_target_lost.val() {
-            self.target_lost.d.next = true;
         }
         if self.i_scan_counted.val() {
             self.scans.d.next = self.scans.q.val() + 1;
@@ -423,11 +423,6 @@ impl Logic for RegisterFile {
     }
 
     fn gather_state(&mut self) {
-        if self.saturates {
-            self.was_clamped.next = self.saturated.q.val();
-        } else {
-            self.was_clamped.next = false;
-        }
         self.state.next = gather(32, |place| {
             if place == state::RUN as usize {
                 self.runs.q.val()
@@ -435,16 +430,13 @@ impl Logic for RegisterFile {
                 self.single.q.val()
             } else if place == state::BUSY as usize {
                 self.i_busy.val()
-            } else if place == state::OVERRUN as usize {
-                self.overrun.q.val()
-            } else if place == state::SATURATED as usize {
-                self.was_clamped.val()
-            } else if place == state::REFUSED as usize {
-                self.refused.q.val()
             } else if self.tracks && place == state::LOCKED as usize {
                 self.i_locked.val()
-            } else if self.tracks && place == state::LOCK_LOST as usize {
-                self.target_lost.q.val()
+            } else if self.flag_places.contains(&(place as u32)) {
+                self.flags
+                    .q
+                    .val()
+                    .get_bit(self.flag_places.partition_point(|&flag| (flag as usize) < place))
             } else if place < state::LOST as usize {
                 false
             } else if place < state::SCANS as usize {

@@ -32,6 +32,9 @@ pub struct SensorShell {
     reloads: bool,
     #[set(interface.reference_codes.len())]
     detectors: usize,
+    /// Whether the samples are low during a pulse; everything behind `pulses` takes it for high.
+    #[set(interface.polarity == Polarity::Low)]
+    is_low: bool,
     #[set(interface.peak().is_some())]
     has_peak: bool,
     /// Heading of the stream.
@@ -98,9 +101,12 @@ pub struct SensorShell {
     #[when(is_set)]
     #[is(RegisterPorts::new())]
     pub registers: Optional<RegisterPorts>,
+    /// levels of the SPADs, high during a pulse
+    #[width(width(&interface, "i_samples"))]
+    pub(super) pulses: Local<Word>,
     /// Levels of the detectors, where cells that have an input each make one together.
     #[each(_detector in 0..if interface.input_cells.gates().is_some() { detectors } else { 0 })]
-    #[is(CellCombiner::new(interface.lanes() as usize, interface.input_cells, interface.polarity))]
+    #[is(CellCombiner::new(interface.lanes() as usize, interface.input_cells))]
     pub(super) combiner: Vec<CellCombiner>,
     #[width(codes.of_sources.len())]
     pub(super) laser: Register<Word>,
@@ -109,9 +115,9 @@ pub struct SensorShell {
     #[is(if is_set { CodeSource::seeded(code, seed_of(&interface, code)) } else { CodeSource::new(code, 0, reloads) })]
     pub(super) transmit: Vec<CodeSource>,
     /// chips on their way to the lasers
-    #[each(_stage in 0..if is_set { CHIPS_AHEAD } else { 0 })]
-    #[width(codes.of_sources.len())]
-    pub(super) ahead: Vec<Register<Word>>,
+    #[when(is_set)]
+    #[width(CHIPS_AHEAD as usize * codes.of_sources.len())]
+    pub(super) ahead: Optional<Register<Word>>,
     /// first chips of the reference's code on their way
     #[when(is_set)]
     #[width(CHIPS_AHEAD as u32)]
@@ -136,9 +142,10 @@ impl SensorShell {
             self.epoch.next = self.transmit[0].o_epoch.val();
         }
         connect! { self: laser, epoch }
+        self.pulses.next = if self.is_low { !self.i_samples.val() } else { self.i_samples.val() };
         let bits = self.interface.lanes() as usize * self.interface.input_cells.count as usize;
         for d in 0..self.combiner.len() {
-            self.combiner[d].i_samples.next = self.i_samples.val().slice(bits * d, bits);
+            self.combiner[d].i_samples.next = self.pulses.val().slice(bits * d, bits);
         }
     }
 }

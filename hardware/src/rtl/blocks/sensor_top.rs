@@ -11,7 +11,7 @@ use crate::rtl::front::prelude::*;
 use crate::scan::Scan;
 use crate::sensor::interface::{Correlator, Interface, TotalCount};
 use crate::sensor::port::Direction;
-use crate::sensor::registers::RegisterPlan;
+use crate::sensor::registers::{CHIPS_AHEAD, RegisterPlan};
 
 #[block(sensor_top)]
 /// DS-CDMA indirect time-of-flight sensor, lasers out, SPAD samples in
@@ -175,12 +175,14 @@ impl Logic for SensorTop {
                     self.sequencer[0].o_seed.val().slice(self.seeds[g].0, self.seeds[g].1);
             }
         }
-        let last = self.io.ahead.len() - 1;
-        self.io.ahead[0].next = self.io.chips.val() & signed_cast(self.sequencer[0].o_on.val());
-        for stage in 1..self.io.ahead.len() {
-            self.io.ahead[stage].next = self.io.ahead[stage - 1].val();
-        }
-        self.io.laser.next = self.io.ahead[last].val();
+        let sources = self.io.codes.of_sources.len();
+        let last = CHIPS_AHEAD as usize - 1;
+        self.io.ahead.next = (self.io.ahead.val() << sources)
+            | bit_cast(
+                self.io.chips.val() & signed_cast(self.sequencer[0].o_on.val()),
+                sources * (last + 1),
+            );
+        self.io.laser.next = self.io.ahead.val().slice(sources * last, sources);
         self.io.epoch_ahead.next = self
             .io
             .epoch_ahead
@@ -191,7 +193,7 @@ impl Logic for SensorTop {
 
     /// Steps and scans as the host's settings say.
     fn set_scans(&mut self) {
-        let last = self.io.ahead.len() - 1;
+        let last = CHIPS_AHEAD as usize - 1;
         self.sequencer[0].i_epoch.next = self.io.transmit[0].o_epoch.val();
         self.sequencer[0].i_laser_epoch.next = self.io.epoch_ahead.val().get_bit(last);
         if self.tracks {
@@ -255,7 +257,7 @@ impl Logic for SensorTop {
         let samples = self.samples;
         for d in 0..self.channel.len() {
             self.channel[d].i_samples.next = if self.io.combiner.is_empty() {
-                self.io.i_samples.val().slice(samples * d, samples)
+                self.io.pulses.val().slice(samples * d, samples)
             } else {
                 self.io.combiner[d].o_level.val()
             };
@@ -312,7 +314,7 @@ impl Logic for SensorTop {
         for a in 0..self.array.len() {
             for d in 0..self.detectors {
                 self.array[a].i_samples[d].next = if self.io.combiner.is_empty() {
-                    self.io.i_samples.val().slice(samples * d, samples)
+                    self.io.pulses.val().slice(samples * d, samples)
                 } else {
                     self.io.combiner[d].o_level.val()
                 };

@@ -205,7 +205,7 @@ pub(super) fn read(
     detectors: Option<&[Detector]>,
 ) -> Option<Option<Array>> {
     let Some(section) = root.table("array") else {
-        // One that is no table has been complained about.
+        // One that is not a table has been complained about.
         return root.get("array").is_none().then_some(None);
     };
     check_others(root, &section, detectors);

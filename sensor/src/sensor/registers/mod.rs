@@ -412,7 +412,7 @@ impl RegisterPlan {
             format!("is not of degree {degree}: its lowest bit has to be set")
         } else if !is_maximal(degree, taps) {
             format!(
-                "is no primitive polynomial of degree {degree}: its sequence repeats within the code's {} chips, and so \
+                "is not a primitive polynomial of degree {degree}: its sequence repeats within the code's {} chips, and so \
                  does what it correlates with",
                 (1 << degree) - 1
             )

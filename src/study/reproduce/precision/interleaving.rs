@@ -89,7 +89,7 @@ mod tests {
         let claim = recovery(&curves, "").expect("powers are compared");
         assert!((claim.measured - 0.75).abs() < 1e-12);
         assert_eq!(claim.verdict, ClaimVerdict::Holds);
-        // No gain from the first step is no recovery.
+        // No gain from the first step is not a recovery.
         let claim = recovery(&[2.0, 1.9, 1.5, 1.2, 1.0].map(curve), "").expect("compared");
         assert_eq!(claim.verdict, ClaimVerdict::DoesNotHold);
     }

@@ -100,7 +100,7 @@ impl Follower {
         };
         self.reference.predict_changes(&surroundings, hits, &mut self.changes);
         self.clock = clocks.end;
-        // What ends with the chunk goes on in the next: its end is no change.
+        // What ends with the chunk goes on in the next: its end is not a change.
         self.list.extend(self.changes.take_before(clocks.end));
         let results: Vec<_> = self.reference.take_finished().collect();
         for result in results {

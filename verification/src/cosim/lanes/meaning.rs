@@ -183,7 +183,7 @@ fn of_words(json: &str, top: &str) -> Vec<String> {
 }
 
 /// Whether a selection of bits may go beyond them: the largest index is where every bit of
-/// it that is no constant is 1.
+/// it that is not a constant is 1.
 fn may_select_beyond(cell: &YosysCell) -> bool {
     if cell.r#type != "$shiftx" {
         return false;

@@ -300,7 +300,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The gate of a cell; none of what is no gate.
+/// The gate of a cell; none of what is not a gate.
 fn function(cell: &str) -> Option<Function> {
     Some(match cell {
         "$_AND_" => Function::Table(0b1000),

@@ -111,7 +111,7 @@ impl List<'_> {
         } else if let Some(rest) = text.strip_prefix("+libext+") {
             let endings = parts(rest);
             if let Some(odd) = endings.iter().find(|ending| !ending.starts_with('.')) {
-                let reason = format!("{odd:?} is no ending; write +libext+.v+.sv");
+                let reason = format!("{odd:?} is not an ending; write +libext+.v+.sv");
                 return Err(self.error(word, reason));
             }
             named.endings.extend(endings);
@@ -315,7 +315,7 @@ mod tests {
             ("+frobnicate+1", ":1:1: ", "is not understood"),
             ("-y", ":1:1: ", "needs a name"),
             ("+define+1A", ":1:1: ", "defines no macro"),
-            ("+libext+v", ":1:1: ", "is no ending"),
+            ("+libext+v", ":1:1: ", "is not an ending"),
             ("$NO_SUCH_VARIABLE_HERE/a.v", ":1:1: ", "no variable"),
             ("-f list.f", ":1:1: ", "lists within each other"),
         ] {

@@ -93,7 +93,7 @@ fn is_identifier(text: &str) -> bool {
         && characters.all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '$'))
 }
 
-/// Refuses a macro that is no macro.
+/// Refuses a macro that is not a macro.
 fn check_define(define: &str) -> Result<(), String> {
     let (name, value) = define.split_once('=').unwrap_or((define, ""));
     if !is_identifier(name) {

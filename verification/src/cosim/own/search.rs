@@ -95,7 +95,7 @@ impl<'a> FileSearch<'a> {
             None => None,
         };
         match (self.with_all(given), refused) {
-            // A needed file that is no Verilog is what is wrong, and not that it is missing.
+            // A needed file that is not Verilog is what is wrong, and not that it is missing.
             (Err(CosimError::Rejected { .. } | CosimError::NoTop { .. }), Some(first)) => {
                 Err(first)
             }

@@ -11,7 +11,7 @@ route_design
 write_checkpoint -force board.dcp
 report_utilization -file utilization.rpt
 report_timing_summary -file timing.rpt
-# A clock that is missed is no bitstream.
+# No bitstream is written where timing is not met.
 if {[get_property SLACK [get_timing_paths -delay_type max]] < 0} {
     error "timing is not met: see timing.rpt"
 }

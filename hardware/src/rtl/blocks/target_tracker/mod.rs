@@ -139,7 +139,7 @@ pub struct TargetTracker {
     #[value(1 << (POSITION_BITS - 1))]
     #[number]
     half_step: Constant,
-    /// there is a target for the next scan to follow
+    /// the next scan follows a target
     follows: Register<bool>,
     /// the present scan is a window
     window: Register<bool>,
@@ -206,7 +206,7 @@ pub struct TargetTracker {
     lit: Register<bool>,
     /// the count is one of the earlier half
     early: Local<bool>,
-    /// a count that is added to the slope, or, all its bits turned, taken from it
+    /// a count, turned if it is taken from the slope
     #[width(sum_bits)]
     turned: Local<Word>,
     /// the slope with it; bit 0 carries
@@ -221,21 +221,19 @@ pub struct TargetTracker {
     minus: Local<bool>,
     /// the slope comes in the rest's place
     begins: Register<bool>,
-    /// what is added to twice the rest, or comes in its place
+    /// added to twice the rest, or in its place
     #[width(sum_bits + 2)]
     taken: Local<Word>,
-    /// all its bits are turned
-    turns_taken: Local<bool>,
     /// the rest with it; bit 0 carries
     #[width(sum_bits + 3)]
     left: Local<Word>,
-    /// whether the slope is as large as the sum, and the bits of its share
+    /// the slope over the sum: a whole, and the bits of its share
     #[width(offset_bits + 1)]
     quotient: Register<Word>,
     /// the quotient, or the most
     #[width(offset_bits)]
     size: Local<Word>,
-    /// way to the peak, then position, then the next window's first step; with a fraction
+    /// way to the peak, then position, then the next window's first step
     #[width(total_bits)]
     total: Register<Word>,
     /// what is added to it next
@@ -243,19 +241,16 @@ pub struct TargetTracker {
     addend: Register<Word>,
     /// and one more
     carry: Register<bool>,
-    /// the window's middle, from the position's step on
+    /// window's middle, from position's step on
     #[width(total_bits)]
     middle: Local<Word>,
-    /// from the window's middle to the peak, all bits turned if that is negative
+    /// window's middle to peak, turned if negative
     #[width(total_bits)]
     offset: Local<Word>,
-    /// the position
-    #[width(total_bits)]
-    at: Local<Word>,
-    /// from the position's step to the next window's first
+    /// position's step to next window's first
     #[width(moved_bits)]
     back: Local<Word>,
-    /// the code period, such that the total comes nearer to it
+    /// the code period, added or taken off
     #[width(moved_bits)]
     turn: Local<Word>,
     /// total and addend; bit 0 carries
@@ -270,18 +265,18 @@ pub struct TargetTracker {
     tries: Register<bool>,
     /// something else does
     loads: Register<bool>,
-    /// the code period is added to a negative total, or taken from another
+    /// the code period brings the total nearer to it
     turns: Register<bool>,
     /// fraction of the position's step
     #[width(POSITION_BITS)]
     fraction: Register<Word>,
-    /// what the windows' middles owe to the positions, of one step, and half a step
+    /// what the windows' middles owe to the positions, and half a step
     #[width(POSITION_BITS + 1)]
     owed: Register<Word>,
-    /// steps from the position's to the first of the window's later half
+    /// steps from the position's to the window's later half
     #[width(2)]
     ahead: Register<Word>,
-    /// half a step behind the position, from its step on, with what is owed: where the window's later half begins
+    /// where the window's later half begins, from the position's step on
     #[width(POSITION_BITS + 2)]
     placed: Local<Word>,
     /// phase step of the position
@@ -292,7 +287,9 @@ pub struct TargetTracker {
     missed: Register<Word>,
     /// that was the last of them
     gives_up: Register<bool>,
-    /// bits that nobody reads: below a sixteenth, and those that carry; linters know by the name
+    /// there is a target for the next scan to follow
+    keeps: Local<bool>,
+    /// below a sixteenth, and carries; linters know by the name
     unused: Local<bool>,
     /// the position as it is told
     #[width(plan.position_bits())]
@@ -417,13 +414,11 @@ impl Logic for TargetTracker {
             self.lit.next = self.is_any.val() & !self.is_dim.val();
         }
         if self.stage.val().get_bit(self.halved - 1) {
-            if self.lit.val() {
-                self.light.next =
-                    self.light.val() + bit_cast(signed_cast(self.gained.val()), self.sum_bits);
-                self.missed.next = 0.into();
-            } else {
-                self.missed.next = self.missed.val() + 1;
-            }
+            self.missed.next = (self.missed.val() + 1) & signed_cast(!self.lit.val());
+        }
+        if self.stage.val().get_bit(self.halved - 1) & self.lit.val() {
+            self.light.next =
+                self.light.val() + bit_cast(signed_cast(self.gained.val()), self.sum_bits);
         }
         if self.found.val() {
             self.lit.next = self.i_peak_count.val().any()
@@ -445,15 +440,17 @@ impl Logic for TargetTracker {
         } else {
             self.taken.next = bit_cast(self.all.val(), bits) << 1;
         }
-        self.turns_taken.next = self.minus.val() | self.stage.val().get_bit(0);
         if self.stage.val().get_bit(0) {
             self.negative.next = self.slope.val().get_bit(self.sum_bits - 1);
         }
         self.left.next = ((bit_cast(self.rest.val(), bits + 1) << 1)
             & signed_cast(!self.begins.val()))
         .shifted_in(true)
-            + bit_cast(self.taken.val() ^ signed_cast(self.turns_taken.val()), bits + 1)
-                .shifted_in(self.minus.val() & !self.stage.val().get_bit(0));
+            + bit_cast(
+                self.taken.val() ^ signed_cast(self.minus.val() | self.stage.val().get_bit(0)),
+                bits + 1,
+            )
+            .shifted_in(self.minus.val() & !self.stage.val().get_bit(0));
         self.rest.next = self.left.val().slice(1, bits);
         self.quotient.next = self.quotient.val().shifted_in(self.minus.val());
         if self.quotient.val().get_bit(self.offset_bits) {
@@ -516,19 +513,12 @@ impl Logic for TargetTracker {
         } else {
             self.turn.next = self.less_period.val();
         }
-        self.at.next = gather(bits, |bit| {
-            if bit < POSITION_BITS {
-                self.fraction.val().get_bit(bit)
-            } else if bit < POSITION_BITS + self.step_bits {
-                self.step.val().get_bit(bit - POSITION_BITS)
-            } else {
-                false
-            }
-        });
         self.addend.next = (self.offset.val() & signed_cast(self.stage.val().get_bit(divided)))
             | (!bit_cast(self.fraction.val(), bits)
                 & signed_cast(self.stage.val().get_bit(divided + 2)))
-            | (self.at.val() & signed_cast(self.stage.val().get_bit(halved)))
+            | (((bit_cast(self.step.val(), bits) << POSITION_BITS)
+                | bit_cast(self.fraction.val(), bits))
+                & signed_cast(self.stage.val().get_bit(halved)))
             | ((bit_cast(self.back.val(), bits) << POSITION_BITS)
                 & signed_cast(self.stage.val().get_bit(halved + 9)))
             | ((bit_cast(self.i_peak_step.val(), bits) << POSITION_BITS)
@@ -572,14 +562,15 @@ impl Logic for TargetTracker {
         if self.found.val() {
             self.gives_up.next = false;
         }
+        self.keeps.next =
+            self.on.val() & !self.gives_up.val() & (self.window.val() | self.lit.val());
         self.lost.next = false;
         if self.stage.val().get_bit(self.halved + 15) {
             self.waits.next = false;
-            self.follows.next =
-                self.on.val() & !self.gives_up.val() & (self.window.val() | self.lit.val());
+            self.follows.next = self.keeps.val();
             self.locked.next = self.on.val() & self.window.val() & self.lit.val();
             self.lost.next = self.on.val() & self.gives_up.val();
-            if self.on.val() & !self.gives_up.val() & (self.window.val() | self.lit.val()) {
+            if self.keeps.val() {
                 self.position.next = gather(self.plan.position_bits() as usize, |bit| {
                     if bit < FRACTION_BITS as usize {
                         self.fraction.val().get_bit(bit + HIDDEN_BITS as usize)
