@@ -17,8 +17,23 @@
 #include "process.h"
 #include "verilated_save.h"
 
-bool goldtof_is_opposite = false;
 bool goldtof_has_read_x = false;
+
+namespace {
+
+int number_of_process = 0;
+
+}  // namespace
+
+// None in the first process, all in the opposite one, and splitmix64's in further ones.
+uint64_t goldtof_flips() {
+    if (number_of_process < 2) return number_of_process ? ~uint64_t{0} : 0;
+    static uint64_t state = static_cast<uint64_t>(number_of_process);
+    uint64_t z = state += 0x9e3779b97f4a7c15;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+    return z ^ (z >> 31);
+}
 
 namespace {
 
@@ -53,7 +68,8 @@ struct BlockLayout {
 };
 
 // Registers start with pseudo-random values, so that one that no reset reaches is
-// seen as a mismatch. The seed is any fixed number; that of a process and its opposite is the same.
+// seen as a mismatch. The seed is any fixed number, the same in all processes: they differ by
+// goldtof_flips().
 constexpr int SEED = 1;
 
 // FNV-1a of what Verilator would save of a model.
@@ -193,11 +209,11 @@ void run_bare(GOLDTOF_MODEL* top, const uint64_t* in, uint64_t clocks) {
 }  // namespace
 
 static void serve(uint64_t* words, int number) {
-    goldtof_is_opposite = number == 1;
+    number_of_process = number;
     // Nothing between its members differs from process to process.
     static VerilatedContext context;
     context.randReset(2);
-    context.randSeed(number > 1 ? SEED + number : SEED);
+    context.randSeed(SEED);
     // Never deleted: the process ends instead, and nothing of it is wanted then.
     GOLDTOF_MODEL* top = new GOLDTOF_MODEL{&context};
     top->GOLDTOF_CLOCK = 0;

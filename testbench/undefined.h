@@ -2,7 +2,8 @@
 //
 // Verilator takes a pseudo-random bit for each. In the opposite process each is the other
 // one, and in further ones each is another pseudo-random one: what is the same in all of them does
-// not rest on any single one of these bits.
+// not rest on any single one of these bits. Verilator's seed is the same in all of them: it is saved
+// with what a model holds, which is compared.
 //
 // The compiler includes this before all that Verilator has written. Verilator 5.034 and later
 // call the functions with a scope.
@@ -10,23 +11,21 @@
 #include "verilated.h"
 #include "verilated_save.h"
 
-// Set before the model is made.
-extern bool goldtof_is_opposite;
+// The bits of a process that are others than in the first.
+extern uint64_t goldtof_flips();
 // Set where the model takes an undefined bit.
 extern bool goldtof_has_read_x;
 
 template <typename T> inline T goldtof_undefined(T bits, T mask) {
     goldtof_has_read_x = true;
-    return goldtof_is_opposite ? ~bits & mask : bits;
+    return (bits ^ static_cast<T>(goldtof_flips())) & mask;
 }
 
 inline WDataOutP goldtof_undefined_words(int bits, WDataOutP words) {
     goldtof_has_read_x = true;
-    if (goldtof_is_opposite) {
-        const int last = VL_WORDS_I(bits) - 1;
-        for (int word = 0; word <= last; ++word) words[word] = ~words[word];
-        words[last] &= VL_MASK_E(bits);
-    }
+    const int last = VL_WORDS_I(bits) - 1;
+    for (int word = 0; word <= last; ++word) words[word] ^= static_cast<EData>(goldtof_flips());
+    words[last] &= VL_MASK_E(bits);
     return words;
 }
 

@@ -251,35 +251,16 @@ pub(super) fn fit(
     unknowns: &[Unknown],
     start: ExpectedChange,
 ) -> Result<SceneFit, FitError> {
-    let values = observed.values();
-    let ExpectedChange { mut change, mut expected } = start;
     let of_numbers = unknowns.iter().copied().filter(|unknown| *unknown != Unknown::Recharge);
     let unknowns = &of_numbers.collect::<Vec<_>>()[..];
-    let mut errors = Vec::new();
-    if !unknowns.is_empty() {
-        let own_s = TheoryEffort::of(sensor, observed.detector())?.seconds(Work::Response);
-        // Weights of where the fit began may be off: those of where it ended are not.
-        for _ in 0..2 {
-            let start = Trial { change, means: expected.means.clone() };
-            let mut scene = SceneCounts {
-                whitening: expected.whitening(&start.means)?,
-                weighed_at: change,
-                reach: unknowns.iter().map(|u| u.reach(sensor, observed.detector())).collect(),
-                known: &expected,
-                sensor,
-                observed,
-                values: &values,
-                unknowns,
-                limit_s: LONGEST_RESPONSE_S.max(MOST_TIMES_LONGER * own_s),
-            };
-            let settled = settle(&mut scene, start, Settling::FINE)?;
-            change = scene.changed(&settled.place.change, &settled.step);
-            let sigmas = settled.normal.standard_deviations();
-            errors = unknowns.iter().copied().zip(sigmas).collect();
-            expected = change.expected(sensor, observed)?;
+    let (errors, ExpectedChange { change, expected }) = match unknowns {
+        [] => (Vec::new(), start),
+        _ => {
+            let (change, errors) = fit_unknowns(sensor, observed, unknowns, &start)?;
+            (errors, change.start(sensor, observed)?)
         }
-    }
-    let agreement = expected.judge(&values)?;
+    };
+    let agreement = expected.judge(&observed.values())?;
     let degrees = agreement.numbers.saturating_sub(unknowns.len());
     Ok(SceneFit {
         change,
@@ -289,6 +270,40 @@ pub(super) fn fit(
         agreement,
         degrees,
     })
+}
+
+/// The change that fits best, with the standard deviation of each unknown, and not what is expected with it: its
+/// second moments take longer than all else.
+pub(super) fn fit_unknowns(
+    sensor: &Sensor,
+    observed: Observed,
+    unknowns: &[Unknown],
+    start: &ExpectedChange,
+) -> Result<(SceneChange, Vec<(Unknown, f64)>), FitError> {
+    let (values, detector) = (observed.values(), observed.detector());
+    let own_s = TheoryEffort::of(sensor, detector)?.seconds(Work::Response);
+    let from = |start: &ExpectedChange| {
+        let ExpectedChange { change, expected } = start;
+        let mut scene = SceneCounts {
+            whitening: expected.whitening(&expected.means)?,
+            weighed_at: *change,
+            reach: unknowns.iter().map(|u| u.reach(sensor, detector)).collect(),
+            known: expected,
+            sensor,
+            observed,
+            values: &values,
+            unknowns,
+            limit_s: LONGEST_RESPONSE_S.max(MOST_TIMES_LONGER * own_s),
+        };
+        let start = Trial { change: *change, means: expected.means.clone() };
+        let settled = settle(&mut scene, start, Settling::FINE)?;
+        let change = scene.changed(&settled.place.change, &settled.step);
+        let sigmas = settled.normal.standard_deviations();
+        Ok::<_, FitError>((change, unknowns.iter().copied().zip(sigmas).collect()))
+    };
+    // Weights of where the fit began may be off: those of where it ended are not.
+    let (change, _): (_, Vec<_>) = from(start)?;
+    from(&change.start(sensor, observed)?)
 }
 
 /// Recorded counts, and the unknowns of the scene.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::diagnosis::{Diagnosis, diagnose, fit_of_scene};
+use super::diagnosis::{Diagnosis, delay_of_scene, diagnose};
 use super::hypothesis::{SceneFit, Unknown};
 use super::observed::{Agreement, ExpectedNumbers, Observed};
 use super::{Cause, RecordedHistogram, RecordedScan};
@@ -132,13 +132,12 @@ pub fn fit_distance_alone(
     }
     let delays_ps: Vec<f64> = later_ps(phase).into_iter().chain([0.0]).collect();
     let known = as_it_is.of(scan).ok();
-    let fitted = fit_of_scene(sensor, observed, &delays_ps, known.as_ref()).ok();
-    let std_ps = fitted.as_ref().and_then(|fitted| fitted.std_of(Unknown::Delay));
-    let (Some(fitted), Some(std_ps), Some(true_m)) = (fitted, std_ps, model.true_distance_m) else {
+    let fitted = delay_of_scene(sensor, observed, &delays_ps, known.as_ref()).ok();
+    let (Some([later_ps, std_ps]), Some(true_m)) = (fitted, model.true_distance_m) else {
         return;
     };
-    let (range_m, std_m) = (model.unambiguous_range_m, distance_m(std_ps));
-    let later_m = distance_m(fitted.change.value(Unknown::Delay));
+    let range_m = model.unambiguous_range_m;
+    let [later_m, std_m] = [later_ps, std_ps].map(distance_m);
     let error_m = later_m - (later_m / range_m).round() * range_m;
     model.distance_m = Some((true_m + error_m).rem_euclid(range_m));
     model.error_m = Some(error_m);

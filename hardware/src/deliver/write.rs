@@ -11,7 +11,7 @@ use super::design::EmittedFile;
 use super::emission::Emission;
 use super::error::HdlError;
 use super::formal::Formal;
-use crate::files::{FileError, OutputFolder, Staged, read_regular};
+use crate::files::{FileError, OutputFolder, Staged, read_regular, sync_all};
 
 const MANIFEST: &str = "manifest.json";
 /// Where a manifest names the files of its folder.
@@ -97,24 +97,22 @@ pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlE
         beside.push((subfolder, staged, part_stale));
     }
     let staged_beside = beside.iter().flat_map(|(_, staged, _)| staged);
-    for file in staged.iter().chain(staged_beside).chain([&manifest]) {
-        file.sync()?;
-    }
+    sync_all(staged.iter().chain(staged_beside).chain([&manifest]))?;
 
     // The older manifest must not come back after a power cut, among newer files.
     folder.remove(MANIFEST)?;
     folder.sync()?;
-    folder.publish(staged)?;
+    folder.name(staged)?;
     for name in &own_stale {
         folder.remove(name)?;
     }
     for (subfolder, staged, part_stale) in beside {
-        subfolder.publish(staged)?;
+        subfolder.name(staged)?;
         for name in &part_stale {
             subfolder.remove(name)?;
         }
     }
-    Ok(folder.publish(vec![manifest])?)
+    Ok(folder.name(vec![manifest])?)
 }
 
 /// What an emission has in a folder beside the design.

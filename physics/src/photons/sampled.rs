@@ -318,6 +318,8 @@ fn sample(
 #[derive(Debug, Clone, Copy)]
 struct TickSampler<'m> {
     sampler: &'m Sampler,
+    /// Of the sampler; here, where a loop need not read it again.
+    is_even: bool,
     sample_bits: u32,
     width_ticks: u64,
 }
@@ -326,6 +328,7 @@ impl TickSampler<'_> {
     fn new(model: &DetectorModel) -> TickSampler<'_> {
         TickSampler {
             sampler: &model.sampler,
+            is_even: model.sampler.is_even(),
             sample_bits: CHIP_BITS - model.timing.clock.samples_per_chip.ilog2(),
             width_ticks: (model.pulse_width_chips * f64::from(1_u32 << CHIP_BITS)).round() as u64,
         }
@@ -333,7 +336,7 @@ impl TickSampler<'_> {
 
     /// Whether no pulse lies between two samples.
     fn sees_all(self) -> bool {
-        match self.sampler.is_even() {
+        match self.is_even {
             true => self.width_ticks >> self.sample_bits > 0,
             false => self.samples(self.width_ticks) >= self.sampler.widest(),
         }
@@ -349,10 +352,15 @@ impl TickSampler<'_> {
     #[inline]
     fn at_or_after(self, ticks: u64, start: Sample) -> Sample {
         let within = (1 << self.sample_bits) - 1;
-        match self.sampler.is_even() {
+        match self.is_even {
             true => start + ((ticks + within) >> self.sample_bits),
-            false => start + self.sampler.first_from(self.samples(ticks)),
+            false => self.at_or_after_uneven(ticks, start),
         }
+    }
+
+    #[inline(never)]
+    fn at_or_after_uneven(self, ticks: u64, start: Sample) -> Sample {
+        start + self.sampler.first_from(self.samples(ticks))
     }
 
     #[inline]

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::FileError;
 use super::durable::{make_folders, sync_folder};
 use super::guarded::kind_of;
-use super::staged::{Staged, stage_as};
+use super::staged::{Staged, stage_as, sync_all};
 use super::target::NameOrigin;
 
 /// A folder for a command's files, locked against other runs of goldtof until
@@ -122,9 +122,15 @@ impl OutputFolder {
     /// # Errors
     /// When one cannot be synced or renamed.
     pub fn publish(&self, staged: Vec<Staged>) -> Result<(), FileError> {
-        for file in &staged {
-            file.sync()?;
-        }
+        sync_all(&staged)?;
+        self.name(staged)
+    }
+
+    /// The same of files whose contents are on the disk.
+    ///
+    /// # Errors
+    /// When one cannot be renamed, or the names cannot be written.
+    pub fn name(&self, staged: Vec<Staged>) -> Result<(), FileError> {
         for file in staged {
             file.rename()?;
         }

@@ -29,7 +29,7 @@ pub use log::Log;
 pub use private::{check_private, private_folder};
 pub use read::{read_bytes, read_regular, read_text, utf8_text};
 pub use staged::check_target;
-pub use staged::{Staged, stage};
+pub use staged::{Staged, stage, sync_all};
 
 /// A file or folder that could not be read or written.
 #[derive(Debug, thiserror::Error)]

@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::thread;
 
 use super::FileError;
 use super::durable::{sync_file, sync_folder};
@@ -81,6 +82,26 @@ pub(super) fn stage_as(
     fill(&mut out).map_err(failed)?;
     let file = out.into_inner().map_err(|error| failed(error.into_error()))?;
     Ok(Staged { path: path.to_owned(), hidden, file })
+}
+
+/// Files whose contents are waited for at once.
+const AT_ONCE: usize = 8;
+
+/// Waits until the contents of some files are on the disk: of several at once, since for each that is asked for
+/// alone the disk finishes all that it has begun.
+///
+/// # Errors
+/// When they cannot be written there.
+pub fn sync_all<'s>(files: impl IntoIterator<Item = &'s Staged>) -> Result<(), FileError> {
+    let files: Vec<&Staged> = files.into_iter().collect();
+    let sync = |files: &[&Staged]| files.iter().try_for_each(|file| file.sync());
+    thread::scope(|scope| {
+        let shares = files.chunks(files.len().div_ceil(AT_ONCE).max(1));
+        let threads: Vec<_> = shares.map(|share| scope.spawn(move || sync(share))).collect();
+        threads.into_iter().try_for_each(|thread| {
+            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        })
+    })
 }
 
 fn cannot_write(path: &Path) -> impl FnOnce(io::Error) -> FileError {

@@ -29,7 +29,7 @@ use crate::estimate::fit::FitError;
 use crate::math::normal_cdf;
 use crate::scene::{Detector, Scene, SourceIndex};
 use crate::sensor::Sensor;
-pub(super) use start::fit_of_scene;
+pub(super) use start::{delay_of_scene, fit_of_scene};
 
 /// Probability that any of the tests rejects a correct scene, and their largest number.
 const WRONG: f64 = 0.014;
@@ -90,7 +90,7 @@ pub(super) fn diagnose(
         scene: sensor.scene(),
         observed,
         unknowns: vec![Unknown::Delay],
-        fitted: fit_of_scene(sensor, observed, delays_ps, None)?,
+        fitted: fit_of_scene(sensor, observed, delays_ps)?,
         tests: Vec::new(),
         alike: Vec::new(),
         has_right_clock: false,

@@ -1,6 +1,6 @@
 //! Where the tests begin: at the delay at which the scene agrees best with the counts.
 
-use super::super::hypothesis::{ExpectedChange, SceneChange, SceneFit, Unknown, fit};
+use super::super::hypothesis::{ExpectedChange, SceneChange, SceneFit, Unknown, fit, fit_unknowns};
 use super::super::observed::{ExpectedNumbers, Observed};
 use super::critical;
 use crate::estimate::coverage::steps_outside;
@@ -11,16 +11,28 @@ use crate::response::MeanResponse;
 use crate::sensor::Sensor;
 
 /// The scene with its delay fitted, from the best of some delays; without an unknown if the counts do
-/// not determine the delay. Of the scene `as_it_is` the expectation may be known.
+/// not determine the delay.
 pub(in crate::recorded) fn fit_of_scene(
     sensor: &Sensor,
     observed: Observed,
     delays_ps: &[f64],
-    as_it_is: Option<&ExpectedNumbers>,
 ) -> Result<SceneFit, FitError> {
-    let start = best_delay(sensor, observed, delays_ps, as_it_is)?;
+    let start = best_delay(sensor, observed, delays_ps, None)?;
     let fitted = fit(sensor, observed, &[Unknown::Delay], start.clone());
     fitted.or_else(|_| fit(sensor, observed, &[], start))
+}
+
+/// How much later than the scene's the light comes, as [`fit_of_scene`] finds it, and the standard deviation. Of the
+/// scene `as_it_is` the expectation may be known.
+pub(in crate::recorded) fn delay_of_scene(
+    sensor: &Sensor,
+    observed: Observed,
+    delays_ps: &[f64],
+    as_it_is: Option<&ExpectedNumbers>,
+) -> Result<[f64; 2], FitError> {
+    let start = best_delay(sensor, observed, delays_ps, as_it_is)?;
+    let (change, errors) = fit_unknowns(sensor, observed, &[Unknown::Delay], &start)?;
+    Ok([change.value(Unknown::Delay), errors[0].1])
 }
 
 /// Longest code whose peak is looked for outside of a scan: sidelobes of longer ones are small.

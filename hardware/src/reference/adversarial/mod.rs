@@ -515,8 +515,7 @@ impl Adversarial {
                 .map(|changes| CellChange::within(changes, &samples).to_vec())
                 .collect(),
         };
-        let mut expected = vec![0; (end - clocks.start) as usize * self.scout.words()];
-        self.scout.predict(&surroundings, hits, &mut expected);
+        self.scout.predict_results(&surroundings, hits);
         self.scout.take_finished();
         self.decided = end;
     }

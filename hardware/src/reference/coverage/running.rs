@@ -16,6 +16,9 @@ pub(in crate::reference) struct Running {
     /// Bits below each border between segments, the top of the counter included.
     borders: Vec<u32>,
     lowest: u32,
+    /// Numbers of the points of a hit that each step of each detector counts down, and up, lane by lane: looked for
+    /// once, as nearly every step of a scan has them all.
+    hit_points: Vec<[Vec<Option<usize>>; 2]>,
     /// Of each step of each detector.
     steps: Vec<Counter>,
     /// Of each detector.
@@ -67,21 +70,31 @@ struct Hits {
 }
 
 impl Running {
-    pub(in crate::reference) fn of(interface: &Interface) -> Running {
+    pub(in crate::reference) fn of(interface: &Interface, table: &CoverTable) -> Running {
         let borders = interface.correlator().into_iter().flat_map(|correlator| {
             let segments = correlator.count_segments;
             segments.borders().chain([segments.bits()])
         });
         // What no number of hits can reach is not a point of the table either.
         let borders: Vec<u32> = borders.filter(|&bit| bit < i64::BITS - 1).collect();
-        let detectors = interface.reference_codes.len();
+        let (detectors, parallel) =
+            (interface.reference_codes.len(), interface.parallel() as usize);
+        let hit_points = |detector: DetectorIndex, step: usize| {
+            [false, true].map(|up| {
+                let point = |lane| CoverPoint::of(detector, HitPoint::Hit { step, lane, up });
+                (0..interface.lanes()).map(|lane| table.number(point(lane))).collect()
+            })
+        };
         Running {
-            parallel: interface.parallel() as usize,
+            parallel,
+            hit_points: DetectorIndex::of(&interface.reference_codes)
+                .flat_map(|detector| (0..parallel).map(move |step| hit_points(detector, step)))
+                .collect(),
             full: interface.correlator().map_or(0, |counts| counts.pairs).max(2),
             cells: interface.input_cells,
             lowest: borders.first().copied().unwrap_or(i64::BITS - 1),
             borders,
-            steps: vec![Counter::default(); detectors * interface.parallel() as usize],
+            steps: vec![Counter::default(); detectors * parallel],
             detectors: vec![Hits::default(); detectors],
         }
     }
@@ -104,19 +117,25 @@ impl Running {
         let seen = &mut self.detectors[detector];
         let full = if step == 0 { self.full } else { u32::MAX };
         let start = counter.total;
+        // Beside the counter: what the loop needs stays in registers.
+        let mut total = start;
         let mut lanes = [0; 2];
         let mut word = Word::default();
-        let mut end = |counter: &mut Counter, word: Word| {
+        let mut total_after = |word: Word, total: i64| {
             if word.hits == full {
                 seen.full[0] |= word.sum == -i64::from(full);
                 seen.full[1] |= word.sum == i64::from(full);
             }
-            counter.add(word.sum, self.lowest, &self.borders);
+            let after = total + word.sum;
+            if total >> self.lowest != after >> self.lowest {
+                counter.crosses(total, after, &self.borders);
+            }
+            after
         };
         for hit in hits {
             if hit.clock != word.clock {
-                end(counter, std::mem::take(&mut word));
-                word.clock = hit.clock;
+                total = total_after(word, total);
+                word = Word { clock: hit.clock, ..Word::default() };
             }
             // The sign is anything: no branch foresees it.
             let up = i64::from(hit.up);
@@ -125,7 +144,7 @@ impl Running {
             lanes[0] |= ((1 - up) as u64) << hit.lane;
             lanes[1] |= (up as u64) << hit.lane;
         }
-        end(counter, word);
+        counter.total = total_after(word, total);
         counter.lanes[0] |= lanes[0];
         counter.lanes[1] |= lanes[1];
         counter.total - start
@@ -162,8 +181,13 @@ impl Running {
         begins_scan: bool,
     ) -> Vec<usize> {
         let mut points = Vec::new();
-        let mut add = |point: CoverPoint| points.extend(table.number(point));
         let parallel = self.parallel;
+        for (at, counter) in self.steps.iter().enumerate() {
+            if at % parallel < steps {
+                points.extend(counter.hit_points(&self.hit_points[at]));
+            }
+        }
+        let mut add = |point: CoverPoint| points.extend(table.number(point));
         for (detector, seen) in DetectorIndex::all().zip(self.detectors.iter_mut()) {
             for up in [false, true] {
                 if std::mem::take(&mut seen.full[usize::from(up)]) {
@@ -210,18 +234,26 @@ impl Running {
 }
 
 impl Counter {
-    /// Adds the sum of a word.
-    #[inline]
-    fn add(&mut self, sum: i64, lowest: u32, borders: &[u32]) {
-        let before = self.total;
-        self.total += sum;
-        if before >> lowest != self.total >> lowest {
-            let up = usize::from(self.total > before);
-            for (number, border) in borders.iter().enumerate() {
-                let crosses = before >> border != self.total >> border;
-                self.crossed[up] |= u64::from(crosses) << number;
-            }
+    /// Notes the borders between two totals.
+    #[cold]
+    fn crosses(&mut self, before: i64, after: i64, borders: &[u32]) {
+        let up = usize::from(after > before);
+        for (number, border) in borders.iter().enumerate() {
+            let crosses = before >> border != after >> border;
+            self.crossed[up] |= u64::from(crosses) << number;
         }
+    }
+
+    /// Numbers of the points of its hits, of those of each lane.
+    fn hit_points<'p>(
+        &self,
+        [down, up]: &'p [Vec<Option<usize>>; 2],
+    ) -> impl Iterator<Item = usize> + 'p {
+        let seen = |points: &'p [Option<usize>], lanes: u64| {
+            let lanes = points.iter().enumerate().filter(move |(lane, _)| lanes >> lane & 1 == 1);
+            lanes.filter_map(|(_, number)| *number)
+        };
+        seen(down, self.lanes[0]).chain(seen(up, self.lanes[1]))
     }
 
     fn end(
@@ -232,12 +264,6 @@ impl Counter {
         add: &mut impl FnMut(CoverPoint),
     ) {
         for up in [false, true] {
-            let mut lanes = self.lanes[usize::from(up)];
-            while lanes != 0 {
-                let lane = lanes.trailing_zeros();
-                lanes &= lanes - 1;
-                add(CoverPoint::of(detector, HitPoint::Hit { step, lane, up }));
-            }
             for (number, &bit) in borders.iter().enumerate() {
                 if self.crossed[usize::from(up)] >> number & 1 == 1 {
                     add(CoverPoint::of(detector, CarryPoint::Carry { step, bit, up }));

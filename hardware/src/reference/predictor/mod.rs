@@ -229,8 +229,8 @@ impl ReferenceModel {
             released: 0,
             reset_until: 0,
             scan: ScanState::start(&interface),
+            running: Running::of(&interface, &table),
             table,
-            running: Running::of(&interface),
             resets: ResetWatch::of(&interface),
             before_scan: vec![false; interface.reference_codes.len()],
             counts: match interface.histogram() {

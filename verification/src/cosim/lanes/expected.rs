@@ -4,7 +4,8 @@
 use std::sync::atomic::AtomicBool;
 
 use super::LaneRefusal;
-use super::pulses::{LaneStimulus, Packed};
+use super::high_samples::HighSamples;
+use super::pulses::LaneStimulus;
 use super::slices::Slices;
 use super::tally::LaneTally;
 use crate::cosim::error::CosimError;
@@ -17,7 +18,7 @@ use crate::scan::Sample;
 /// Stimulus and expectations of a run.
 pub(super) struct ExpectedRun {
     /// For each detector.
-    pub(super) pulses: Vec<Vec<Packed>>,
+    pub(super) high: Vec<HighSamples>,
     /// In order.
     pub(super) changes: Vec<OutputChange>,
     /// For each slice what had been counted where its warm-up begins.
@@ -61,10 +62,10 @@ impl ExpectedRun {
         };
         let clocks = slices.list.last().map_or(0, |slice| slice.clocks.end);
         follower.note();
-        let pulses =
+        let high =
             light.pulses(clocks, threads, stop, |clock, hits| follower.follow(clock, hits))?;
         Ok(ExpectedRun {
-            pulses,
+            high,
             exercise: follower.reference.exercise().clone(),
             changes: follower.list,
             counted: follower.counted,

@@ -8,6 +8,7 @@
 
 pub mod design;
 mod expected;
+mod high_samples;
 pub(in crate::cosim) mod meaning;
 mod model;
 pub mod mutants;

@@ -1,43 +1,20 @@
 //! The pulses of a run, made by several threads and kept.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::sync_channel;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use super::Unfit;
+use super::high_samples::HighSamples;
 use crate::photons::fast::Recorder;
 use crate::photons::{DetectorModel, Pulse, PulseStream};
 use crate::reference::stimulus::{RESET_CLOCKS, first_sample};
-use crate::scan::{Group, Sample};
+use crate::scan::{Group, Sample, Sampling};
 use crate::sensor::interface::Interface;
 
 /// Groups that a thread makes at once.
 const GROUPS_AT_ONCE: u64 = 64;
-/// Most pulses that are kept, 8 bytes each.
-const MOST_PULSES: usize = 1 << 27;
-
-/// A stretch of high samples in one word: the first, and how many there are.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Packed(u64);
-
-impl Packed {
-    const LENGTH_BITS: u32 = 16;
-
-    fn new(high: Range<Sample>) -> Option<Packed> {
-        let (first, length) = (high.start.0, high.end - high.start);
-        (length < 1 << Self::LENGTH_BITS && first < 1 << (64 - Self::LENGTH_BITS))
-            .then_some(Packed(first << Self::LENGTH_BITS | length))
-    }
-
-    /// The samples that are high.
-    pub(super) fn samples(self) -> Range<Sample> {
-        let first = Sample(self.0 >> Self::LENGTH_BITS);
-        first..first + (self.0 & ((1 << Self::LENGTH_BITS) - 1))
-    }
-}
 
 /// What drives a run in lanes.
 #[derive(Debug, Clone, Copy)]
@@ -50,12 +27,48 @@ pub(super) struct LaneStimulus<'a> {
     pub(super) seed: u64,
 }
 
-/// The pulses of some groups, detector by detector, numbered as the run's samples.
+/// The pulses of some groups, detector by detector.
 struct Chunk {
     /// Clock before which the pulses of the next groups do not begin.
     until_clock: u64,
     /// For each detector.
     pulses: Vec<Vec<Pulse>>,
+}
+
+/// All chunks so far, in order.
+struct Joined<F> {
+    /// What pulses are counted from.
+    origin: Sample,
+    sampling: Sampling,
+    /// Those that came before their turn.
+    early: BTreeMap<u64, Chunk>,
+    /// Number of the next one.
+    wanted: u64,
+    /// For each detector.
+    high: Vec<HighSamples>,
+    /// Those that have not been told.
+    hits: Vec<Vec<Sample>>,
+    on_hits: F,
+}
+
+impl<F: FnMut(u64, &[Vec<Sample>])> Joined<F> {
+    /// Takes in a chunk, and those that have waited for it.
+    fn take(&mut self, number: u64, chunk: Chunk) -> Result<(), Unfit> {
+        self.early.insert(number, chunk);
+        while let Some(chunk) = self.early.remove(&self.wanted) {
+            let of_detectors = chunk.pulses.iter().zip(&mut self.high).zip(&mut self.hits);
+            for ((pulses, high), hits) in of_detectors {
+                high.add(pulses, self.origin, hits)?;
+            }
+            (self.on_hits)(chunk.until_clock, &self.hits);
+            let told = self.sampling.first_sample(chunk.until_clock);
+            self.hits.iter_mut().for_each(|hits| {
+                hits.drain(..hits.partition_point(|&hit| hit < told));
+            });
+            self.wanted += 1;
+        }
+        Ok(())
+    }
 }
 
 impl LaneStimulus<'_> {
@@ -65,61 +78,51 @@ impl LaneStimulus<'_> {
     /// first samples of runs of high samples.
     ///
     /// # Errors
-    /// When there are too many to keep, one is too long, or `stop` is set.
+    /// When there are too many to keep, or `stop` is set.
     pub(super) fn pulses(
         &self,
         clocks: u64,
         threads: usize,
         stop: &AtomicBool,
-        mut on_hits: impl FnMut(u64, &[Vec<Sample>]),
-    ) -> Result<Vec<Vec<Packed>>, Unfit> {
+        on_hits: impl FnMut(u64, &[Vec<Sample>]) + Send,
+    ) -> Result<Vec<HighSamples>, Unfit> {
         let groups = self.interface.groups();
         let needed = clocks.div_ceil(self.interface.timing.scan.integration_chips);
         let chunks = needed.min(groups).div_ceil(GROUPS_AT_ONCE);
         let next = AtomicU64::new(0);
-        let sampling = self.interface.timing.sampling();
-        let mut kept: Vec<Kept> = vec![Kept::default(); self.models.len()];
-        let mut hits = vec![Vec::new(); self.models.len()];
         let recorders: Vec<_> = self.models.iter().map(|m| Arc::new(Recorder::new(m))).collect();
-        thread::scope(|scope| {
-            let (done, made) = sync_channel(2 * threads);
-            for _ in 0..threads {
-                let (done, next, recorders) = (done.clone(), &next, &recorders);
-                scope.spawn(move || {
-                    loop {
-                        let number = next.fetch_add(1, Ordering::Relaxed);
-                        if number >= chunks {
-                            return;
-                        }
-                        let chunk = self.chunk(recorders, number, number + 1 == chunks, clocks);
-                        if done.send((number, chunk)).is_err() {
-                            return;
-                        }
-                    }
-                });
-            }
-            drop(done);
-            let mut early = BTreeMap::new();
-            let mut wanted = 0;
-            for (number, chunk) in made {
-                refuse_if_stopped(stop)?;
-                early.insert(number, chunk);
-                while let Some(chunk) = early.remove(&wanted) {
-                    let of_detectors = chunk.pulses.iter().zip(&mut kept).zip(&mut hits);
-                    for ((pulses, kept), hits) in of_detectors {
-                        kept.add(pulses, hits)?;
-                    }
-                    on_hits(chunk.until_clock, &hits);
-                    let told = sampling.first_sample(chunk.until_clock);
-                    hits.iter_mut().for_each(|hits| {
-                        hits.drain(..hits.partition_point(|&hit| hit < told));
-                    });
-                    wanted += 1;
+        let joined = Mutex::new(Joined {
+            origin: first_sample(self.interface, RESET_CLOCKS),
+            sampling: self.interface.timing.sampling(),
+            early: BTreeMap::new(),
+            wanted: 0,
+            high: vec![HighSamples::default(); self.models.len()],
+            hits: vec![Vec::new(); self.models.len()],
+            on_hits,
+        });
+        let locked = || joined.lock().unwrap_or_else(PoisonError::into_inner);
+        let make = || {
+            loop {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                if number >= chunks {
+                    return Ok(());
+                }
+                let chunk = self.chunk(&recorders, number, number + 1 == chunks, clocks);
+                // Whoever made the chunk that is wanted goes on with it: it is in that core's cache.
+                let taken = refuse_if_stopped(stop).and_then(|()| locked().take(number, chunk));
+                if taken.is_err() {
+                    next.store(chunks, Ordering::Relaxed);
+                    return taken;
                 }
             }
-            Ok(())
+        };
+        thread::scope(|scope| {
+            let makers: Vec<_> = (0..threads).map(|_| scope.spawn(make)).collect();
+            makers.into_iter().try_for_each(|maker| {
+                maker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            })
         })?;
-        Ok(kept.into_iter().map(|kept| kept.high).collect())
+        Ok(joined.into_inner().unwrap_or_else(PoisonError::into_inner).high)
     }
 
     fn chunk(&self, recorders: &[Arc<Recorder>], number: u64, is_last: bool, clocks: u64) -> Chunk {
@@ -141,7 +144,6 @@ impl LaneStimulus<'_> {
             let mut stream = PulseStream::of_groups(recorder, self.seed, 0, first, stop);
             let mut pulses = Vec::new();
             stream.advance(Sample(until_sample), &mut pulses);
-            pulses.iter_mut().for_each(|pulse| pulse.shift(origin));
             pulses
         };
         Chunk { until_clock, pulses: recorders.iter().map(of_detector).collect() }
@@ -154,40 +156,5 @@ pub(super) fn refuse_if_stopped(stop: &AtomicBool) -> Result<(), Unfit> {
     match stop.load(Ordering::Relaxed) {
         true => Err(Unfit::new("it was stopped")),
         false => Ok(()),
-    }
-}
-
-/// The samples at which a detector's level is high.
-#[derive(Debug, Clone, Default)]
-struct Kept {
-    /// In order; they never overlap.
-    high: Vec<Packed>,
-    /// End of the last of them.
-    until: Sample,
-}
-
-impl Kept {
-    /// Takes in pulses, in order of their first samples, and adds the hits that they make. One that
-    /// begins where another has just ended makes none.
-    fn add(&mut self, pulses: &[Pulse], hits: &mut Vec<Sample>) -> Result<(), Unfit> {
-        if self.high.len() + pulses.len() > MOST_PULSES {
-            return Err(Unfit::new(format!(
-                "the scan has more than {MOST_PULSES} pulses, which lanes keep in memory"
-            )));
-        }
-        for pulse in pulses {
-            if pulse.first > self.until {
-                hits.push(pulse.first);
-            }
-            let first = pulse.first.max(self.until);
-            if first >= pulse.end {
-                continue;
-            }
-            let packed = Packed::new(first..pulse.end)
-                .ok_or_else(|| Unfit::new("a pulse is 65,536 samples long"))?;
-            self.high.push(packed);
-            self.until = pulse.end;
-        }
-        Ok(())
     }
 }

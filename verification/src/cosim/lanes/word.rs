@@ -1,13 +1,12 @@
 //! The lanes of a vector on their way: what one process clocks and compares.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::design::{Backend, LaneDesign};
 use super::expected::ExpectedRun;
+use super::high_samples::Place;
 use super::model::{BLOCKS_AT_ONCE, BlockAnswer, LaneBlock, LaneModel, halted};
 use super::planes::Planes;
-use super::pulses::Packed;
 use super::referee::Referee;
 use super::slices::{Slice, Slices};
 use super::starts::Starts;
@@ -15,7 +14,6 @@ use super::tables::{output_places, tables};
 use super::vectors::LANES;
 use crate::cosim::error::CosimError;
 use crate::reference::stimulus::RESET_CLOCKS;
-use crate::scan::Sample;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::Layout;
 
@@ -53,8 +51,10 @@ pub(super) struct VectorRun<'a> {
     model: LaneModel,
     /// Sees the first blocks of the first lanes.
     referee: Option<Referee>,
-    /// For each detector and lane the first stretch of high samples that is not over.
-    cursors: Vec<Vec<usize>>,
+    /// For each detector and lane the first run of samples that is not over.
+    places: Vec<Vec<Place>>,
+    /// Memory of a list of edges that is needed no longer.
+    spare: Vec<u32>,
     /// For each lane the next change.
     changes: Vec<usize>,
     /// Plane of each bit of a record.
@@ -86,7 +86,8 @@ impl<'a> VectorRun<'a> {
             model: LaneModel::load(setup.design, Backend::Vectors, &tables)?,
             referee: is_first.then(|| Referee::load(setup.design, &tables)).transpose()?,
             tables: tables.iter().map(|table| table.length).collect(),
-            cursors: vec![vec![0; slices.len()]; expected.pulses.len()],
+            places: vec![vec![Place::default(); slices.len()]; expected.high.len()],
+            spare: Vec::new(),
             changes: vec![0; slices.len()],
             is_first,
             planes,
@@ -167,10 +168,10 @@ impl<'a> VectorRun<'a> {
             both.flat_map(|((settled, guess), &follows)| if follows { guess } else { settled });
         self.model.set_registers(&Planes::of_words(LANES, start.copied().collect()))?;
         let sampling = self.setup.interface.timing.sampling();
-        for (detector, pulses) in self.expected.pulses.iter().enumerate() {
+        for (detector, high) in self.expected.high.iter().enumerate() {
             for (lane, slice) in self.slices.iter().enumerate() {
                 let sample = sampling.first_sample(slice.clocks.start.saturating_sub(warm_up));
-                self.cursors[detector][lane] = first_hit_from(pulses, sample);
+                self.places[detector][lane] = high.first_hit_from(sample);
             }
         }
         self.clock_unwatched(warm_up, |word, left, clocks| {
@@ -181,8 +182,8 @@ impl<'a> VectorRun<'a> {
             for (register, value) in self.setup.design.power_up(0).into_iter().enumerate() {
                 planes.set(register, 0, value);
             }
-            for cursors in &mut self.cursors {
-                cursors[0] = 0;
+            for places in &mut self.places {
+                places[0] = Place::default();
             }
         }
         self.model.set_registers(&planes)?;
@@ -255,6 +256,7 @@ impl<'a> VectorRun<'a> {
                 }
                 self.clock += block.clocks;
                 under_way.push_back((self.clock - block.clocks, block.clocks, block.watched));
+                self.spare = block.edges;
                 continue;
             }
             let Some((first, clocks, watched)) = under_way.pop_front() else {
@@ -302,15 +304,17 @@ impl<'a> VectorRun<'a> {
         let sampling = self.setup.interface.timing.sampling();
         let of_detector = self.setup.interface.lanes() as usize;
         let all = self.setup.design.samples;
-        let mut edges = Vec::new();
-        for (detector, cursors) in self.cursors.iter_mut().enumerate() {
-            let high = &self.expected.pulses[detector];
-            for (lane, (slice, cursor)) in self.slices.iter().zip(cursors).enumerate() {
+        let mut edges = std::mem::take(&mut self.spare);
+        edges.clear();
+        for (detector, places) in self.places.iter_mut().enumerate() {
+            let high = &self.expected.high[detector];
+            high.touch(places);
+            for (lane, (slice, place)) in self.slices.iter().zip(places).enumerate() {
                 let Some(first) = slice.clocks.start.checked_add_signed(clock) else {
                     continue;
                 };
                 let window = sampling.samples(&(first..first + clocks));
-                mark_edges(high, cursor, &window, |sample| {
+                high.edges(place, &window, |sample| {
                     let (clock, sample) = (sampling.clock_of(sample), sampling.lane_of(sample));
                     let row = clock as usize * all + detector * of_detector + sample as usize;
                     edges.push((row * LANES + lane) as u32);
@@ -344,47 +348,5 @@ impl<'a> VectorRun<'a> {
         }
         events.sort_unstable();
         events
-    }
-}
-
-/// The first pulse that is a hit at or after a sample. A lane that begins to warm up
-/// there has seen no level before, and a run of high samples that reaches into it would
-/// be one hit too many.
-fn first_hit_from(pulses: &[Packed], sample: Sample) -> usize {
-    let mut number = pulses.partition_point(|pulse| pulse.samples().end < sample);
-    let mut high_until = Sample(0);
-    while let Some(pulse) = pulses.get(number).map(|pulse| pulse.samples())
-        && (pulse.start < sample || pulse.start <= high_until)
-    {
-        high_until = high_until.max(pulse.end);
-        number += 1;
-    }
-    number
-}
-
-/// Calls `mark` with each sample of a window, numbered from its start, that is high
-/// where the one before it is not, or the other way round; before the window all is low.
-#[inline]
-fn mark_edges(
-    high: &[Packed],
-    cursor: &mut usize,
-    window: &Range<Sample>,
-    mut mark: impl FnMut(Sample),
-) {
-    while let Some(samples) = high.get(*cursor).map(|packed| packed.samples()) {
-        if samples.start >= window.end {
-            return;
-        }
-        if samples.end > window.start {
-            mark(Sample(samples.start.max(window.start) - window.start));
-        }
-        // What reaches into the next window is kept for it.
-        if samples.end > window.end {
-            return;
-        }
-        if samples.end > window.start && samples.end < window.end {
-            mark(Sample(samples.end - window.start));
-        }
-        *cursor += 1;
     }
 }
