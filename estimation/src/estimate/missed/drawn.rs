@@ -113,16 +113,12 @@ pub(super) fn missed(counts: &ExpectedCounts, target: &MissConditions) -> Option
     let Asked { sensor, detector, .. } = target.asked;
     let scans = scans(sensor);
     let is_model = sensor.scene().estimator == EstimatorKind::Model;
-    let start = is_model.then(|| {
-        let shape = PeakShape::of(sensor, detector, None);
-        let expected_ps = target.step_error_ps(shape.best_match(&counts.signed()).0);
-        (shape, target.recovered_ps(expected_ps))
-    });
+    let shape = is_model.then(|| PeakShape::of(sensor, detector, None));
     let draws = (0..scans).into_par_iter().filter(|scan| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan);
         let (mut values, mut normal) = (Vec::with_capacity(counts.means.len()), Vec::new());
         groups.iter().for_each(|group| values.extend(group.draw(&mut rng, &mut normal)));
-        target.found_in(&values, start.as_ref())
+        target.found_in(&values, shape.as_ref())
     });
     Some(1.0 - draws.count() as f64 / scans as f64)
 }
@@ -139,27 +135,16 @@ fn work_per_count(sensor: &Sensor) -> u64 {
 }
 
 impl MissConditions<'_> {
-    /// What a fit makes up of its start's error, where the expected counts have one so large: a peak that jitter blurs and dead
-    /// time bends looks most like the path beside it, and leads to it from there.
-    fn recovered_ps(&self, expected_ps: f64) -> f64 {
-        let clock = self.asked.sensor.clock();
-        let blurred_ps = clock.sample_period_ps() * self.leading() as f64;
-        match blurred_ps > clock.chip_period_ps && expected_ps.abs() <= blurred_ps {
-            true => expected_ps,
-            false => 0.0,
-        }
-    }
-
     /// Whether the estimator finds the path in a scan's counts. The model estimator's
-    /// fit goes to the peak that its start is at, but for what it [makes up](Self::recovered_ps).
-    fn found_in(&self, values: &[f64], start: Option<&(PeakShape, f64)>) -> bool {
+    /// fit goes to the peak that its start is at.
+    fn found_in(&self, values: &[f64], shape: Option<&PeakShape>) -> bool {
         let zeros = values.iter().filter(|&&value| value == 0.0).count();
         if values.iter().all(|&value| value <= 0.0) && 2 * zeros > values.len() {
             return false;
         }
-        if let Some((shape, recovered_ps)) = start {
+        if let Some(shape) = shape {
             let start_ps = self.step_error_ps(shape.best_match(values).0);
-            return self.accepts(self.measured_ps + start_ps - recovered_ps, 1.0);
+            return self.accepts(self.measured_ps + start_ps, 1.0);
         }
         let timing = self.asked.sensor.timing();
         let estimate = estimate_at(values, first_maximum(values), timing, 0.0);
@@ -231,9 +216,13 @@ impl MissConditions<'_> {
     /// As far from the expected peak as the largest count of scans that find the path is looked for, in phase steps: a chip, and
     /// as much farther as jitter blurs the peak.
     fn leading(&self) -> i64 {
-        let clock = self.asked.sensor.clock();
-        let blurred_chips = (2.0 * clock.chips(self.spad().jitter_std_ps())).floor();
-        i64::from(clock.samples_per_chip) * (1 + blurred_chips as i64)
+        let chips = 1 + self.blurred_chips() as i64;
+        i64::from(self.asked.sensor.clock().samples_per_chip) * chips
+    }
+
+    /// By how many chips jitter widens the peak.
+    pub(super) fn blurred_chips(&self) -> u32 {
+        (2.0 * self.asked.sensor.clock().chips(self.spad().jitter_std_ps())) as u32
     }
 
     /// Steps whose values decide the estimate of these scans, in the scan's order.
