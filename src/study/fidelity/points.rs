@@ -103,13 +103,17 @@ pub fn needed_scans(run: &TierRun, half_width: f64) -> Option<u64> {
     Some(of_moments.max(of_missed).ceil() as u64)
 }
 
-/// Time before the first scan, and of each scan.
+/// Time before the first scan, and of each scan. Where more scans took no longer than fewer, by the chance of a busy machine,
+/// all of the time is the scans'.
 pub fn cost(runs: &[(u64, f64)]) -> Option<(f64, f64)> {
     let &(most, most_s) = runs.iter().max_by_key(|(n, _)| *n)?;
     // What a tier sets up before its first scan is in every run's time.
     let fewer = runs.iter().filter(|(n, _)| *n < most);
     let (fewest, least_s) = fewer.min_by_key(|(n, _)| *n).copied().unwrap_or((0, 0.0));
-    let per_scan_s = (most_s - least_s).max(0.0) / (most - fewest).max(1) as f64;
+    if most_s <= least_s {
+        return Some((0.0, most_s / most.max(1) as f64));
+    }
+    let per_scan_s = (most_s - least_s) / (most - fewest).max(1) as f64;
     Some(((least_s - per_scan_s * fewest as f64).max(0.0), per_scan_s))
 }
 
@@ -345,5 +349,7 @@ mod tests {
         // 20 ms and 1 us a scan.
         let (set_up_s, per_scan_s) = cost(&[(1_000, 0.021), (100_000, 0.120)]).unwrap();
         assert!((set_up_s - 0.020).abs() < 1e-12 && (per_scan_s - 1e-6).abs() < 1e-15);
+        // On a machine that was busy with fewer of them.
+        assert_eq!(cost(&[(10, 0.3), (100, 0.2)]), Some((0.0, 0.002)));
     }
 }
