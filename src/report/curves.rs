@@ -6,7 +6,7 @@ use super::prelude::*;
 use crate::cosim;
 use crate::estimate::bound::{BoundKind, bound_m};
 use crate::estimate::report::{ExpectedOfPath, Reporter};
-use crate::estimate::{CountingTier, Theory, TheoryEffort, Work, theory_of_integrations};
+use crate::estimate::{CountingTier, Theory, TheoryEffort, Work, theory, theory_of_integrations};
 use crate::scene::PathIndex;
 use crate::simulate::{Tier, forecast};
 
@@ -62,7 +62,10 @@ impl IntegrationCurves {
     ) -> IntegrationCurves {
         let (points, here) = match Points::of(sensor, detector, path) {
             Ok((points, here)) => (Ok(points), here),
-            Err(reason) => (Err(reason), None),
+            // Estimates are held against it all the same.
+            Err(reason) => {
+                (Err(reason), Some(theory(sensor, detector, &[path], CountingTier::Sampled)))
+            }
         };
         IntegrationCurves { detector, path, points, here, fit: None }
     }
