@@ -293,12 +293,7 @@ pub const TRACKING: &[Fault] = &[
     ("target_tracker.v", "o_go = i_go & ~waits_r", "o_go = i_go"),
     ("target_tracker.v", "waits_r <= i_word[0] | window_r", "waits_r <= i_word[0]"),
     ("target_tracker.v", "gain_r <= i_word[3:1]", "gain_r <= i_word[4:2]"),
-    // The largest values; a host's write in the very clock in which a target is lost.
-    (
-        "target_tracker.v",
-        "threshold_r <= i_word[6:4]",
-        "threshold_r <= i_word[6:4] - {2'd0, &i_word[6:4]}",
-    ),
+    // The largest patience; a host's write in the very clock in which a target is lost.
     ("target_tracker.v", "missed_r >= patience_r", "missed_r >= patience_r - {3'd0, &patience_r}"),
     (
         "register_file.v",
