@@ -197,7 +197,6 @@ fn faults_round_the_core_are_found() {
             ("board_top.v", ".m_axil_araddr (araddr)", ".m_axil_araddr ()"),
             ("board_sampler.v", ".D     (i_pins[0])", ".D     (!i_pins[0])"),
             ("sample_counter.v", "hold && settle_r[FEW_BITS]", "hold"),
-            ("uart_receiver.v", "CLOCKS_PER_BIT / 2 - 1", "CLOCKS_PER_BIT / 4 - 1"),
             (
                 "sample_counter.v",
                 "words[write_r] <= word_r + {{32-FEW_BITS{1'b0}}, taken_r};",
