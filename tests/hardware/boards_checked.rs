@@ -197,6 +197,11 @@ fn faults_round_the_core_are_found() {
             ("board_top.v", ".m_axil_araddr (araddr)", ".m_axil_araddr ()"),
             ("board_sampler.v", ".D     (i_pins[0])", ".D     (!i_pins[0])"),
             ("sample_counter.v", "hold && settle_r[FEW_BITS]", "hold"),
+            (
+                "sample_counter.v",
+                "words[write_r] <= word_r + {{32-FEW_BITS{1'b0}}, taken_r};",
+                "words[write_r] <= (word_r + {{32-FEW_BITS{1'b0}}, taken_r}) & 32'hffff;",
+            ),
             ("axil_master.v", "            done_r <= 1'b0;", "            done_r <= done_r;"),
         ],
     );

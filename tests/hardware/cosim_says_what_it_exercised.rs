@@ -266,6 +266,9 @@ fn every_cover_point_is_reached_where_steps_and_scans_can_be_shortened() {
         "tests/scenes/totals.toml",
         "tests/scenes/histogram.toml",
         "tests/scenes/histogram-one-memory.toml",
+        "tests/scenes/registers.toml",
+        "tests/scenes/taps.toml",
+        "tests/scenes/tracking-short.toml",
     ] {
         let interface = Interface::of(&scene::load(Path::new(file)).unwrap());
         let (missed, clocks) = left_out(&interface, Means::cosim(true));

@@ -206,6 +206,29 @@ pub const REGISTERS: &[Fault] = &[
         "single_r <= s_axil_wdata[1] & ~(i_busy & ~s_axil_wdata[0])",
     ),
     ("register_file.v", "s_axil_wdata[5:3]", "{1'b1, s_axil_wdata[4:3]}"),
+    // The largest values.
+    ("scan_sequencer.v", "chips_r <= i_word", "chips_r <= i_word - {7'd0, &i_word}"),
+    (
+        "scan_sequencer.v",
+        "groups_r <= i_word[5:0]",
+        "groups_r <= i_word[5:0] - {5'd0, &i_word[5:0]}",
+    ),
+    // A host's write in the very clock of what the hardware does.
+    (
+        "register_file.v",
+        "single_r <= s_axil_wdata[1]",
+        "single_r <= s_axil_wdata[1] & ~i_taken_first",
+    ),
+    (
+        "register_file.v",
+        "{i_refused, i_clamps, i_lost}",
+        "{i_refused, i_clamps & ~cleared[1], i_lost}",
+    ),
+    (
+        "register_file.v",
+        "{i_refused, i_clamps, i_lost}",
+        "{i_refused & ~cleared[2], i_clamps, i_lost}",
+    ),
     // The slave: addresses, bytes, errors, who comes first.
     ("register_file.v", "SETTABLE = 16'h7c0", "SETTABLE = 16'h7e0"),
     ("register_file.v", "SETTABLE = 16'h7c0", "SETTABLE = 16'h3c0"),
@@ -258,6 +281,13 @@ pub const TRACKING: &[Fault] = &[
     ("target_tracker.v", "o_go = i_go & ~waits_r", "o_go = i_go"),
     ("target_tracker.v", "waits_r <= i_word[0] | window_r", "waits_r <= i_word[0]"),
     ("target_tracker.v", "gain_r <= i_word[3:1]", "gain_r <= i_word[4:2]"),
+    // The largest patience; a host's write in the very clock in which a target is lost.
+    ("target_tracker.v", "missed_r >= patience_r", "missed_r >= patience_r - {3'd0, &patience_r}"),
+    (
+        "register_file.v",
+        "{i_target_lost, i_refused, i_lost}",
+        "{i_target_lost & ~(writes & to_state_r & s_axil_awaddr[2]), i_refused, i_lost}",
+    ),
     ("target_tracker.v", "threshold_r <= i_word[6:4]", "threshold_r <= i_word[5:3]"),
     ("target_tracker.v", "patience_r <= i_word[10:7]", "patience_r <= {1'b0, i_word[9:7]}"),
     ("target_tracker.v", "if (i_refused) waits_r <= 1'b0", "if (i_refused) waits_r <= waits_r"),

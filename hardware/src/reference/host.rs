@@ -7,7 +7,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::host_ports::{HostInputs, HostOutputs};
 
-/// Longest time that a valid or a ready waits, in clocks.
+/// Longest time that a valid or a ready waits of its own accord, in clocks.
 const LONGEST_WAIT: u32 = 6;
 
 /// What a host is to do next.
@@ -32,6 +32,52 @@ pub enum Request {
         /// Clocks.
         clocks: u64,
     },
+    /// The next transfer of a channel waits for so many clocks.
+    Stall {
+        /// Where.
+        channel: Channel,
+        /// Clocks.
+        clocks: u32,
+    },
+    /// A word that is written in the very clock in which the hardware does something, if it does so soon enough.
+    Meet {
+        /// What the hardware does.
+        event: HardwareEvent,
+        /// Byte address.
+        address: u32,
+        /// The word.
+        data: u32,
+        /// Clocks for which the host waits for that.
+        within: u64,
+    },
+}
+
+/// What of a transfer can be made to wait.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Channel {
+    /// An address that is written to, behind its data.
+    WriteAddress,
+    /// Data that are written, behind their address.
+    WriteData,
+    /// The response to a write.
+    WriteResponse,
+    /// A word that was read.
+    Read,
+}
+
+/// What the hardware does to the registers of state by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum HardwareEvent {
+    /// The first of the settings is taken over.
+    TakeOver,
+    /// Settings are refused.
+    Refusal,
+    /// A group of results is lost.
+    Loss,
+    /// A count is clamped.
+    Clamp,
+    /// A target is lost.
+    TargetLost,
 }
 
 impl Request {
@@ -67,6 +113,10 @@ pub struct Host {
     answers: (u32, u32),
     /// Clocks until the next of each is taken.
     takes_after: (u32, u32),
+    /// What the next transfer of a channel waits.
+    stall: Option<(Channel, u32)>,
+    /// A write that waits for the hardware, and for how many clocks it still does.
+    meets: Option<(HardwareEvent, Writing, u64)>,
 }
 
 impl Host {
@@ -81,6 +131,8 @@ impl Host {
             read: None,
             answers: (0, 0),
             takes_after: (0, 0),
+            stall: None,
+            meets: None,
         }
     }
 
@@ -93,6 +145,7 @@ impl Host {
     pub fn is_idle(&self) -> bool {
         self.requests.is_empty()
             && self.waits == 0
+            && self.meets.is_none()
             && self.write.is_none()
             && self.read.is_none()
             && self.answers == (0, 0)
@@ -101,11 +154,25 @@ impl Host {
     /// A reset ends what is under way.
     pub fn reset(&mut self) {
         (self.write, self.read, self.answers) = (None, None, (0, 0));
+        (self.stall, self.meets) = (None, None);
     }
 
-    /// What it drives at a clock at which the slave shows this.
-    pub fn next(&mut self, shown: &HostOutputs) -> HostInputs {
-        self.begin();
+    /// What it drives at a clock at which the slave shows this, and in the clock behind which the hardware does what
+    /// `comes` holds of: a write whose address and data are there now takes place then.
+    pub fn next(
+        &mut self,
+        shown: &HostOutputs,
+        comes: impl Fn(HardwareEvent) -> bool,
+    ) -> HostInputs {
+        match self.meets.take() {
+            None => self.begin(),
+            Some((event, writing, _)) if !shown.write_response_valid && comes(event) => {
+                self.write = Some(writing);
+            }
+            Some((event, writing, clocks)) => {
+                self.meets = (clocks > 0).then(|| (event, writing, clocks - 1));
+            }
+        }
         // What is there while nothing is valid means nothing.
         let mut inputs = HostInputs {
             write_address: self.rng.random_range(0..1 << 12),
@@ -128,7 +195,7 @@ impl Host {
             if inputs.write_address_valid && inputs.write_valid && shown.write_ready {
                 self.write = None;
                 self.answers.0 += 1;
-                self.takes_after.0 = self.wait();
+                self.takes_after.0 = self.wait_of(Channel::WriteResponse);
             }
         }
         if let Some((address, after)) = &mut self.read {
@@ -139,7 +206,7 @@ impl Host {
                 if shown.read_address_ready {
                     self.read = None;
                     self.answers.1 += 1;
-                    self.takes_after.1 = self.wait();
+                    self.takes_after.1 = self.wait_of(Channel::Read);
                 }
             }
         }
@@ -156,15 +223,28 @@ impl Host {
         } else if self.write.is_none() && self.read.is_none() {
             match self.requests.pop_front() {
                 Some(Request::Write { address, data, strobe }) => {
-                    let (address_after, data_after) = match self.rng.random_range(0..3) {
-                        0 => (0, 0),
-                        1 => (0, self.wait()),
-                        _ => (self.wait(), 0),
-                    };
+                    let (address_after, data_after) =
+                        match (self.stall, self.rng.random_range(0..3)) {
+                            (Some((Channel::WriteData, _)), _) => {
+                                (0, self.wait_of(Channel::WriteData))
+                            }
+                            (Some((Channel::WriteAddress, _)), _) => {
+                                (self.wait_of(Channel::WriteAddress), 0)
+                            }
+                            (_, 0) => (0, 0),
+                            (_, 1) => (0, self.wait()),
+                            _ => (self.wait(), 0),
+                        };
                     self.write = Some(Writing { address, data, strobe, address_after, data_after });
                 }
                 Some(Request::Read { address }) => self.read = Some((address, self.wait())),
                 Some(Request::Wait { clocks }) => self.waits = clocks,
+                Some(Request::Stall { channel, clocks }) => self.stall = Some((channel, clocks)),
+                Some(Request::Meet { event, address, data, within }) => {
+                    let (strobe, address_after, data_after) = (0xf, 0, 0);
+                    let writing = Writing { address, data, strobe, address_after, data_after };
+                    self.meets = Some((event, writing, within));
+                }
                 None => {}
             }
         }
@@ -172,6 +252,14 @@ impl Host {
         if self.read.is_none() && self.write.is_some() && self.rng.random_bool(0.3) {
             let at = self.rng.random_range(0..self.addresses.len());
             self.read = Some((self.addresses[at], 0));
+        }
+    }
+
+    /// Clocks for which a transfer of a channel waits.
+    fn wait_of(&mut self, channel: Channel) -> u32 {
+        match self.stall.take_if(|(stalled, _)| *stalled == channel) {
+            Some((_, clocks)) => clocks,
+            None => self.wait(),
         }
     }
 

@@ -213,11 +213,17 @@ pub(super) struct Shortening {
     pub leaves_out: bool,
     /// Most clocks that are spent on the way to one cover point.
     pub most_clocks: u64,
+    /// Most that are spent where a host talks, whose scans cannot be shortened.
+    pub most_clocks_of_talk: u64,
 }
 
 impl Shortening {
-    /// With or without the scan's counters at hand.
-    pub fn of(interface: &Interface, shortens: bool, most_clocks: u64) -> Shortening {
+    /// With or without the scan's counters at hand; the most clocks without a host, and with one.
+    pub fn of(
+        interface: &Interface,
+        shortens: bool,
+        [most_clocks, most_clocks_of_talk]: [u64; 2],
+    ) -> Shortening {
         let chips = interface.timing.scan.integration_chips;
         let parallel = u64::from(interface.parallel());
         let peak = interface.peak().map_or(0, |peak| peak.least_chips);
@@ -230,6 +236,7 @@ impl Shortening {
             shortest: if shortens && is_long { shortened(interface, shortest) } else { chips },
             leaves_out: shortens && interface.groups() > 3 && chips >= 16,
             most_clocks,
+            most_clocks_of_talk,
         }
     }
 

@@ -6,7 +6,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::canvas::Canvas;
-use super::coverage::{First, RegisterKind, RegisterPoint};
+use super::coverage::{First, LONG_STALL, Meeting, RegisterKind, RegisterPoint};
+use super::host::{Channel, HardwareEvent};
 use super::host_ports::{HostInputs, HostOutputs};
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout, mask};
@@ -36,6 +37,18 @@ pub(super) enum ScanEvent {
     },
     /// A target was lost.
     TargetLost,
+}
+
+impl ScanEvent {
+    /// What it does to the registers of state, beside what a host may write at the same time.
+    fn event(&self) -> Option<HardwareEvent> {
+        match self {
+            ScanEvent::Lost => Some(HardwareEvent::Loss),
+            ScanEvent::Clamped => Some(HardwareEvent::Clamp),
+            ScanEvent::TargetLost => Some(HardwareEvent::TargetLost),
+            ScanEvent::ScanCounted | ScanEvent::Peaks(_) | ScanEvent::Tracked { .. } => None,
+        }
+    }
 }
 
 /// What the rest of the hardware is at, at a clock.
@@ -100,6 +113,14 @@ struct Seen {
     /// Flags that have been read, and those of them that have been cleared.
     flags: u32,
     cleared: u32,
+    /// The last write met the hardware; a read of the state is to show it.
+    met: Option<Meeting>,
+    /// The number of lost groups has gone round.
+    lost_goes_round: bool,
+    /// Clocks for which the present write, its response and that of a read have waited.
+    waited: [u32; 3],
+    /// The write was long in coming, whose response is to show that it was taken.
+    stalled: Option<Channel>,
 }
 
 impl RegisterModel {
@@ -191,6 +212,12 @@ impl RegisterModel {
         self.told.entry(clock).or_default().push(told);
     }
 
+    /// Whether something is told at a clock.
+    pub(super) fn is_told(&self, clock: u64, event: HardwareEvent) -> bool {
+        let told = self.told.get(&clock);
+        told.is_some_and(|told| told.iter().any(|told| told.event() == Some(event)))
+    }
+
     /// Goes through some clocks in which `sequence` is one thing, and shows the ports.
     pub(super) fn run(
         &mut self,
@@ -210,7 +237,10 @@ impl RegisterModel {
             if clock < next && self.is_quiet() && sequence.taken.is_none() && !sequence.refused {
                 let until = next.min(clocks.end);
                 let events: Vec<u64> = self.told.range(..until).map(|(&clock, _)| clock).collect();
-                events.into_iter().for_each(|clock| self.hear(clock));
+                for clock in events {
+                    self.meet(clock, None, 0, Sequence::default());
+                    self.hear(clock);
+                }
                 self.locked &= self.go();
                 self.target = None;
                 self.show(clock..until, expected);
@@ -277,6 +307,7 @@ impl RegisterModel {
         if sequence.taken == Some(0) {
             (self.single, self.changed) = (false, false);
         }
+        self.meet(clock, target.filter(|_| write), host.write_data, sequence);
         match target.filter(|_| write) {
             Some(Target::Setting(number)) => {
                 self.words[IDENTITY_WORDS + number] = host.write_data;
@@ -306,6 +337,25 @@ impl RegisterModel {
         self.shown.read_address_ready = self.fetched.is_some();
     }
 
+    /// Notes what the hardware does in a clock, and what a write does in the same.
+    fn meet(&mut self, clock: u64, target: Option<Target>, data: u32, sequence: Sequence) {
+        let happens = |event| match event {
+            HardwareEvent::TakeOver => sequence.taken == Some(0),
+            HardwareEvent::Refusal => sequence.refused,
+            told => self.is_told(clock, told),
+        };
+        // What comes once more shows what the write had hidden.
+        let is_over = |meeting: &Meeting| target.is_some() || happens(meeting.event);
+        let met = match target {
+            Some(Target::Control | Target::Status) => Meeting::ALL.into_iter().find(|meeting| {
+                let is_its = meeting.is_of_control() == (target == Some(Target::Control));
+                is_its && data >> meeting.bit & 1 == 1 && happens(meeting.event)
+            }),
+            _ => None,
+        };
+        self.seen.met = met.or(self.seen.met.filter(|meeting| !is_over(meeting)));
+    }
+
     /// What scans tell at a clock.
     fn hear(&mut self, clock: u64) {
         for told in self.told.remove(&clock).into_iter().flatten() {
@@ -314,6 +364,7 @@ impl RegisterModel {
                 ScanEvent::Lost => {
                     self.overrun = true;
                     self.lost = (self.lost + 1) & mask(LOST_BITS) as u32;
+                    self.seen.lost_goes_round |= self.lost == 0;
                 }
                 ScanEvent::Clamped => self.saturated = true,
                 ScanEvent::Peaks(peaks) => self.peaks = peaks,
@@ -346,6 +397,7 @@ impl RegisterModel {
     fn watch(&mut self, host: &HostInputs, is_free: bool, state: u32) {
         let (address, data) = (host.write_address_valid, host.write_valid);
         if address != data && !self.write {
+            self.seen.waited[0] += 1;
             self.seen.first.get_or_insert(if address { First::Address } else { First::Data });
         }
         if self.write {
@@ -357,6 +409,11 @@ impl RegisterModel {
                 }
                 (_, place) => place,
             };
+            let is_long = std::mem::take(&mut self.seen.waited[0]) >= LONG_STALL;
+            self.seen.stalled = is_long.then_some(match first {
+                First::Data => Channel::WriteAddress,
+                _ => Channel::WriteData,
+            });
             self.seen.points.push(RegisterPoint::Order { first });
             self.seen.points.push(RegisterPoint::Written { to });
             if self.target == Some(Target::Status) {
@@ -368,6 +425,10 @@ impl RegisterModel {
             let of = self.place(host.read_address.into());
             self.seen.read = Some(of);
             if matches!(of, RegisterKind::Control | RegisterKind::Status) {
+                let met = self.seen.met.take().filter(|meeting| state >> meeting.bit & 1 == 1);
+                self.seen.points.extend(met.map(|meeting| RegisterPoint::Met { meeting }));
+                let is_round = std::mem::take(&mut self.seen.lost_goes_round);
+                self.seen.points.extend(is_round.then_some(RegisterPoint::LostGoesRound));
                 for bit in [state::OVERRUN, state::SATURATED, state::REFUSED, state::LOCK_LOST] {
                     let is_set = state >> bit & 1 == 1;
                     if is_set {
@@ -394,8 +455,23 @@ impl RegisterModel {
             };
             self.seen.points.extend(point);
         }
-        if self.shown.write_response_valid && !host.write_response_ready {
-            self.seen.points.push(RegisterPoint::Held { read: false });
+        if self.shown.write_response_valid {
+            if !host.write_response_ready {
+                self.seen.points.push(RegisterPoint::Held { read: false });
+            }
+            let stalled = self.seen.stalled.take();
+            self.seen.points.extend(stalled.map(|channel| RegisterPoint::Stalled { channel }));
+        }
+        let responses = [
+            (1, self.shown.write_response_valid, host.write_response_ready, Channel::WriteResponse),
+            (2, self.shown.read_valid, host.read_ready, Channel::Read),
+        ];
+        for (at, is_there, is_taken, channel) in responses {
+            if is_there && is_taken {
+                let is_long = std::mem::take(&mut self.seen.waited[at]) >= LONG_STALL;
+                self.seen.points.extend(is_long.then_some(RegisterPoint::Stalled { channel }));
+            }
+            self.seen.waited[at] += u32::from(is_there && !is_taken);
         }
     }
 

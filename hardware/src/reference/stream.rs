@@ -78,6 +78,11 @@ impl StreamModel {
         Beat { data: count | total, counted }
     }
 
+    /// The group whose results arrive next.
+    pub(super) fn next_arrival(&self) -> Option<&GroupArrival> {
+        self.arriving.front()
+    }
+
     /// Sends a result on its way; results arrive in the order of these calls.
     pub(super) fn push(&mut self, arrival: GroupArrival) {
         self.arriving.push_back(arrival);

@@ -159,7 +159,7 @@ impl<'m> Targets<'m> {
         let mut read = 0;
         while !self.host.is_idle() {
             let shown = self.scout.host_outputs();
-            let inputs = self.host.next(&shown);
+            let inputs = self.host.next(&shown, |_| false);
             if shown.read_valid && inputs.read_ready {
                 read = shown.read_data;
             }

@@ -25,10 +25,13 @@ const OF_BYTES: [(&str, usize); 3] = [
     ("a byte without its stop bit before byte", 1),
 ];
 
+/// Hits of a sample beyond what half of its counter holds.
+pub(super) const MANY_HITS: &str = "more than 65535 hits of a sample are counted";
+
 /// A situation, and the boards on which it has to come up.
 type Point = (&'static str, fn(&Facts) -> bool);
 
-const POINTS: [Point; 30] = [
+const POINTS: [Point; 32] = [
     ("a pause within a request", |_| true),
     ("a request of an unknown kind", |_| true),
     ("a request while one is answered", |_| true),
@@ -45,6 +48,7 @@ const POINTS: [Point; 30] = [
     ("a frame of 255 results", |facts| facts.sums.is_none() || facts.results_of_scan > 300),
     ("a frame that ends a scan", |_| true),
     ("a frame within a scan", |_| true),
+    ("the sequence number has its top bit", |_| true),
     ("the sequence number goes round", |facts| facts.sums.is_none()),
     ("places beyond 8 bits", |facts| facts.sums.is_none() || facts.results_of_scan > 256),
     ("the FIFO's places go round", |facts| facts.sums.is_none()),
@@ -56,6 +60,7 @@ const POINTS: [Point; 30] = [
     ("the core waits for the line", |facts| facts.packing.waits),
     ("o_overrun is told", |_| true),
     ("o_saturated is told", |facts| facts.has_saturated),
+    (MANY_HITS, |facts| facts.identity.counts_samples),
     ("a reset within a frame", |_| true),
     ("a reset that the line's clock may miss", |_| true),
     ("results of the board's own core", |_| true),

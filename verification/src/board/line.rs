@@ -8,7 +8,7 @@ use goldtof_wire::{
 };
 
 use super::BoardRun;
-use super::cover::Cover;
+use super::cover::{Cover, MANY_HITS};
 use super::model::{BoardOutcome, Facts};
 use super::script::{BoardScript, Era, ExpectedAnswer, HITS_OF_BLOCK, Moment, Offer};
 
@@ -310,8 +310,10 @@ impl Facts {
                 answers.push(frame);
                 had_answer = had_results;
             }
-            if frames == 256 {
-                cover.reach("the sequence number goes round");
+            match frames {
+                128 => cover.reach("the sequence number has its top bit"),
+                256 => cover.reach("the sequence number goes round"),
+                _ => {}
             }
             (frames, sequence) = (frames + 1, sequence.wrapping_add(1));
         }
@@ -420,6 +422,15 @@ impl Facts {
                     let left_out = came.checked_sub(counted).ok_or_else(|| {
                         format!("{counted} hits of sample {place} are counted, of {came} that came to the core")
                     })?;
+                    // Counting rests for short times alone.
+                    if left_out >= 1 << 15 {
+                        return Err(format!(
+                            "{counted} hits of sample {place} are counted, of {came} that came to the core"
+                        ));
+                    }
+                    if counted >> 16 > 0 {
+                        cover.reach(MANY_HITS);
+                    }
                     differences.push(left_out);
                 }
             }

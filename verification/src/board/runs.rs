@@ -90,7 +90,14 @@ fn torn_requests(facts: &Facts, seed: u64) -> BoardScript {
     match &facts.sums {
         // As many frames as make the sequence number go round.
         None => maker.offer_singly(320),
-        Some(sums) => offer_sums(&mut maker, sums, 0),
+        Some(sums) => {
+            // Sums are seldom: answers bring the sequence number to its top bit.
+            for _ in 0..100 {
+                let asked = maker.request(REQUEST_READ, 0);
+                maker.ask(asked, MOST_RESULTS_OF_A_FRAME);
+            }
+            offer_sums(&mut maker, sums, 0);
+        }
     }
     maker.made()
 }
@@ -327,9 +334,11 @@ fn resets(facts: &Facts, seed: u64) -> BoardScript {
 fn hits(facts: &Facts, seed: u64) -> BoardScript {
     let mut maker = Maker::new(facts, seed);
     maker.script.host = format!("light 0\n{}", maker.script.host);
+    // Steady light has a hit of each sample in every third chip: more of them than 16 bits hold.
+    let long = (3.0 * 70_000.0 / facts.chips_per_bit) as u32;
     let steps = [
         (Moment::Before, "light 1", 1500),
-        (Moment::BehindLight, "light 2", 100),
+        (Moment::BehindLight, "light 2", long),
         (Moment::InLight, "light 0", 100),
         (Moment::BehindIt, "light 0", 0),
     ];

@@ -17,6 +17,7 @@ pub const MOST_CLOCKS: u64 = 100_000;
 const MEANS: Means = Means {
     skips: true,
     most_clocks_of_recipe: 24_000,
+    most_clocks_of_talk: 24_000,
     calm_clocks: 2_000,
     clocks_of_large_counts: 40_000,
     clocks_of_close_counts: 0,

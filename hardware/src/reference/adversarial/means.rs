@@ -2,6 +2,8 @@
 
 /// Most clocks on the way to one cover point.
 const MOST_CLOCKS_OF_RECIPE: u64 = 1 << 22;
+/// Most where a host talks: its scans of long codes cannot be shortened.
+const MOST_CLOCKS_OF_TALK: u64 = 1 << 23;
 /// Clocks before the second reset, at least.
 const CALM_CLOCKS: u64 = 10_000;
 
@@ -12,6 +14,8 @@ pub struct Means {
     pub skips: bool,
     /// Most clocks on the way to one cover point.
     pub most_clocks_of_recipe: u64,
+    /// The same where a host talks.
+    pub most_clocks_of_talk: u64,
     /// Clocks in peace at the beginning, at least.
     pub calm_clocks: u64,
     /// Clocks behind them, at most, of counts that are as large as they get.
@@ -26,9 +30,15 @@ impl Means {
         Means {
             skips,
             most_clocks_of_recipe: MOST_CLOCKS_OF_RECIPE,
+            most_clocks_of_talk: MOST_CLOCKS_OF_TALK,
             calm_clocks: CALM_CLOCKS,
             clocks_of_large_counts: MOST_CLOCKS_OF_RECIPE,
             clocks_of_close_counts: MOST_CLOCKS_OF_RECIPE,
         }
+    }
+
+    /// Most clocks on the way to one cover point, without a host and with one.
+    pub(super) fn most_clocks(&self) -> [u64; 2] {
+        [self.most_clocks_of_recipe, self.most_clocks_of_talk]
     }
 }

@@ -138,7 +138,7 @@ impl Adversarial {
             rng: Xoshiro256PlusPlus::seed_from_u64(seed),
             interface: interface.clone(),
             means,
-            reach: Shortening::of(interface, means.skips, means.most_clocks_of_recipe),
+            reach: Shortening::of(interface, means.skips, means.most_clocks()),
             scout,
             levels: Levels::of(interface),
             resets: VecDeque::new(),
@@ -196,7 +196,7 @@ impl Adversarial {
 
     /// Why a cover point is too far away for these means, if it is.
     pub fn hindrance(interface: &Interface, means: Means, point: CoverPoint) -> Option<String> {
-        let reach = Shortening::of(interface, means.skips, means.most_clocks_of_recipe);
+        let reach = Shortening::of(interface, means.skips, means.most_clocks());
         recipe(interface, &reach, point).err()
     }
 
@@ -489,7 +489,8 @@ impl Adversarial {
         if within(&self.resets, &(clock..clock + 1)).next().is_some() {
             host.reset();
         } else {
-            self.drives.push_back((clock, host.next(&self.scout.host_outputs())));
+            let inputs = host.next(&self.scout.host_outputs(), |event| self.scout.comes(event));
+            self.drives.push_back((clock, inputs));
         }
         true
     }

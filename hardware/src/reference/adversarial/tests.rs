@@ -67,6 +67,7 @@ fn a_group_that_is_to_be_cut_waits_for_the_hosts_last_word() {
     let means = Means {
         skips: true,
         most_clocks_of_recipe: 24_000,
+        most_clocks_of_talk: 24_000,
         calm_clocks: 2_000,
         clocks_of_large_counts: 40_000,
         clocks_of_close_counts: 0,

@@ -29,7 +29,10 @@ pub use self::carries::CarryPoint;
 pub use self::cells::CellPoint;
 pub use self::hits::HitPoint;
 pub use self::peaks::PeakPoint;
-pub use self::registers::{First, RegisterKind, RegisterPoint, ScanStart, TrackPoint};
+pub(super) use self::registers::LONG_STALL;
+pub use self::registers::{
+    Extreme, First, Meeting, RegisterKind, RegisterPoint, ScanStart, TrackPoint,
+};
 pub use self::resets::{ResetPoint, ResetState};
 pub(super) use self::running::{CountedHit, Running};
 pub use self::saturation::SaturationPoint;

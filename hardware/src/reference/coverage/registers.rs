@@ -3,13 +3,18 @@
 use super::{Hindered, PointFamily};
 use crate::code::is_maximal;
 use crate::reference::group_maker::GroupMaker;
-use crate::reference::host::Request;
-use crate::reference::planned::{PlannedGroup, ReceiverPlan};
+use crate::reference::host::{Channel, HardwareEvent, Request};
+use crate::reference::planned::{Hits, PlannedGroup, ReceiverPlan};
+use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 use crate::sensor::registers::{
-    CONTROL, IDENTITY_WORDS, PEAKS, RegisterPlan, SCAN_WORDS, STATUS, Seed, setting_address, state,
+    CONTROL, IDENTITY_WORDS, LOST_BITS, PEAKS, RegisterPlan, SCAN_WORDS, STATUS, Seed,
+    setting_address, state,
 };
 use crate::sensor::track::TrackSetting;
+
+/// Clocks of a stall that is long: slaves have been seen to give up after a power of two of them.
+pub(in crate::reference) const LONG_STALL: u32 = 300;
 
 /// Something that a host does, or that scans do by its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -18,6 +23,14 @@ pub enum RegisterPoint {
     Taken {
         /// Which setting.
         setting: usize,
+    },
+    /// What a scan with the least, or the largest, value of a setting shows of it: a result, or its last one of the number
+    /// of groups.
+    Extreme {
+        /// Which setting.
+        setting: usize,
+        /// Which of the two.
+        extreme: Extreme,
     },
     /// A result of a scan that began with other taps of a code.
     TapsTaken {
@@ -56,6 +69,18 @@ pub enum RegisterPoint {
         /// That of a read.
         read: bool,
     },
+    /// A transfer that waited for long.
+    Stalled {
+        /// Whose.
+        channel: Channel,
+    },
+    /// A bit of the state that was read as it has to be behind a clock in which host and hardware changed it.
+    Met {
+        /// What met.
+        meeting: Meeting,
+    },
+    /// The flags were read behind so many losses that their number has gone round.
+    LostGoesRound,
     /// A read that waited while settings were taken over.
     Waited,
     /// A setting that was written while settings were taken over.
@@ -72,6 +97,65 @@ pub enum RegisterPoint {
         /// Cleared.
         cleared: bool,
     },
+}
+
+/// An end of a setting's range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Extreme {
+    /// Its least value.
+    Least,
+    /// Its largest.
+    Most,
+}
+
+/// A host writes 1 to a bit of the state, and in the same clock the hardware does something that changes the bit. It is 1
+/// behind it: what is asked for in that clock is not done yet, and what happens in it has not been seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Meeting {
+    /// The bit.
+    pub bit: u32,
+    /// What the hardware does.
+    pub event: HardwareEvent,
+}
+
+impl Meeting {
+    /// All of them.
+    pub const ALL: [Meeting; 6] = [
+        Meeting { bit: state::SINGLE, event: HardwareEvent::TakeOver },
+        Meeting { bit: state::RUN, event: HardwareEvent::Refusal },
+        Meeting { bit: state::REFUSED, event: HardwareEvent::Refusal },
+        Meeting { bit: state::OVERRUN, event: HardwareEvent::Loss },
+        Meeting { bit: state::SATURATED, event: HardwareEvent::Clamp },
+        Meeting { bit: state::LOCK_LOST, event: HardwareEvent::TargetLost },
+    ];
+
+    /// Whether the bit is written in the control register, and not in the flags.
+    pub fn is_of_control(&self) -> bool {
+        matches!(self.bit, state::RUN | state::SINGLE)
+    }
+
+    fn address(&self) -> u32 {
+        if self.is_of_control() { CONTROL } else { STATUS }
+    }
+
+    fn text(&self) -> String {
+        let written = match self.bit {
+            state::RUN => "RUN written",
+            state::SINGLE => "SINGLE written",
+            state::OVERRUN => "the flag of overrun cleared",
+            state::SATURATED => "the flag of saturation cleared",
+            state::LOCK_LOST => "the flag of a lost target cleared",
+            _ => "the flag of refusal cleared",
+        };
+        let event = match self.event {
+            HardwareEvent::TakeOver => "of a take-over",
+            HardwareEvent::Refusal => "of a refusal",
+            HardwareEvent::Loss => "in which a group is lost",
+            HardwareEvent::Clamp => "in which a count is clamped",
+            HardwareEvent::TargetLost => "in which a target is lost",
+        };
+        format!("{written} in the clock {event}")
+    }
 }
 
 /// What came of a window, or of a scan that looked for a target.
@@ -96,10 +180,17 @@ pub enum TrackPoint {
     Most,
     /// It moved over the end of the code period.
     OverTheEnd,
+    /// A target was lost behind as many windows as the largest patience has.
+    LostLast,
+    /// A window had no light but for the least threshold, or had it but for the largest.
+    Threshold {
+        /// Which of the two.
+        extreme: Extreme,
+    },
 }
 
 impl TrackPoint {
-    const ALL: [TrackPoint; 9] = [
+    const ALL: [TrackPoint; 12] = [
         TrackPoint::Found,
         TrackPoint::Nothing,
         TrackPoint::Lit,
@@ -109,6 +200,9 @@ impl TrackPoint {
         TrackPoint::Moved { back: true },
         TrackPoint::Most,
         TrackPoint::OverTheEnd,
+        TrackPoint::LostLast,
+        TrackPoint::Threshold { extreme: Extreme::Least },
+        TrackPoint::Threshold { extreme: Extreme::Most },
     ];
 
     fn text(self) -> &'static str {
@@ -122,6 +216,13 @@ impl TrackPoint {
             TrackPoint::Moved { back: true } => "a window that has moved back",
             TrackPoint::Most => "a window behind one with all light in one half",
             TrackPoint::OverTheEnd => "a window that has moved over the end of the code period",
+            TrackPoint::LostLast => "a scan for a target that was lost with the most patience",
+            TrackPoint::Threshold { extreme: Extreme::Least } => {
+                "a window behind one with light for the lowest threshold alone"
+            }
+            TrackPoint::Threshold { extreme: Extreme::Most } => {
+                "a window behind one without light for the highest threshold alone"
+            }
         }
     }
 }
@@ -205,7 +306,12 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
     let mut add = |point| points.push((point, None));
     let own = plan.track_setting();
     let settings = (0..plan.settings()).filter(|setting| Some(*setting) != own);
-    settings.for_each(|setting| add(RegisterPoint::Taken { setting }));
+    for setting in settings {
+        add(RegisterPoint::Taken { setting });
+        for extreme in [Extreme::Least, Extreme::Most] {
+            add(RegisterPoint::Extreme { setting, extreme });
+        }
+    }
     for (seed, _) in plan.seeds.iter().enumerate().filter(|(_, seed)| seed.has_taps()) {
         for primitive in [true, false] {
             add(RegisterPoint::TapsTaken { seed, primitive });
@@ -252,8 +358,22 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
     for read in [false, true] {
         add(RegisterPoint::Held { read });
     }
+    for channel in CHANNELS {
+        add(RegisterPoint::Stalled { channel });
+    }
+    add(RegisterPoint::LostGoesRound);
     add(RegisterPoint::Waited);
     add(RegisterPoint::WrittenMeanwhile);
+    for meeting in Meeting::ALL {
+        let can_be = match meeting.event {
+            HardwareEvent::Clamp => interface.saturates(),
+            HardwareEvent::TargetLost => own.is_some(),
+            _ => true,
+        };
+        if can_be {
+            add(RegisterPoint::Met { meeting });
+        }
+    }
     let saturated = interface.saturates().then_some(state::SATURATED);
     let lock_lost = own.map(|_| state::LOCK_LOST);
     for bit in [state::OVERRUN, state::REFUSED].into_iter().chain(saturated).chain(lock_lost) {
@@ -264,11 +384,22 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
     points
 }
 
+/// Those of which a transfer can wait.
+const CHANNELS: [Channel; 4] =
+    [Channel::WriteAddress, Channel::WriteData, Channel::WriteResponse, Channel::Read];
+
 impl PointFamily for RegisterPoint {
     fn text(&self) -> String {
         match *self {
             RegisterPoint::Taken { setting } => {
                 format!("a scan with another value of {}", setting_text(setting))
+            }
+            RegisterPoint::Extreme { setting, extreme } => {
+                let extreme = match extreme {
+                    Extreme::Least => "least",
+                    Extreme::Most => "largest",
+                };
+                format!("a scan with the {extreme} value of {}", setting_text(setting))
             }
             RegisterPoint::TapsTaken { seed, primitive } => {
                 let polynomial = if primitive { "another" } else { "no" };
@@ -305,6 +436,19 @@ impl PointFamily for RegisterPoint {
                 format!("the response to a {} that waits", if read { "read" } else { "write" })
             }
             RegisterPoint::Tracked { what } => what.text().to_owned(),
+            RegisterPoint::Stalled { channel } => {
+                let transfer = match channel {
+                    Channel::WriteAddress => "a write whose address is long in coming",
+                    Channel::WriteData => "a write whose data are long in coming",
+                    Channel::WriteResponse => "the response to a write that waits for long",
+                    Channel::Read => "the response to a read that waits for long",
+                };
+                transfer.to_owned()
+            }
+            RegisterPoint::Met { meeting } => meeting.text(),
+            RegisterPoint::LostGoesRound => {
+                "the number of lost groups read when it has gone round".to_owned()
+            }
             RegisterPoint::Waited => "a read that waits for a take-over".to_owned(),
             RegisterPoint::WrittenMeanwhile => "a setting written during a take-over".to_owned(),
             RegisterPoint::Flag { bit, cleared } => {
@@ -319,7 +463,7 @@ impl PointFamily for RegisterPoint {
         }
     }
 
-    /// One conversation has all of it; what depends on chance shows when it is held again.
+    /// A few conversations have all of it; what depends on chance shows when they are held again.
     fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
         let Some(plan) = &maker.interface.registers else {
             return Err("there are no registers".to_owned());
@@ -328,26 +472,43 @@ impl PointFamily for RegisterPoint {
             + 2 * maker.interface.timing.code_chips()
             + 4 * plan.least_chips;
         let whole = plan.whole_groups.unwrap_or(0).saturating_mul(plan.least_chips);
-        let is_whole = matches!(
-            self,
+        let mut stall = None;
+        let (talk, clocks, hits) = match *self {
             RegisterPoint::Began {
-                how: ScanStart::GoesOn | ScanStart::ChangedWhole | ScanStart::AfterStopWhole
+                how: ScanStart::GoesOn | ScanStart::ChangedWhole | ScanStart::AfterStopWhole,
+            } => (whole_scans(plan, scan + whole), 10 * (scan + whole), Vec::new()),
+            RegisterPoint::Extreme { setting, extreme } => {
+                let (talk, clocks) = extreme_scans(plan, scan, setting, extreme);
+                (talk, clocks, Vec::new())
             }
-        );
-        let (talk, clocks) = match is_whole {
-            true => (whole_scans(plan, scan + whole), 10 * (scan + whole)),
-            false => {
+            RegisterPoint::Stalled { channel } => {
+                (stalls(channel), 4 * u64::from(LONGEST_STALL), Vec::new())
+            }
+            RegisterPoint::Met { meeting } => meets(plan, scan, meeting),
+            RegisterPoint::LostGoesRound => {
+                let (talk, clocks) = many_losses(plan, scan);
+                stall = Some(ReceiverPlan::StopsAt { beat: 0, clocks });
+                (talk, clocks, Vec::new())
+            }
+            RegisterPoint::Tracked { what: TrackPoint::LostLast } => patient_windows(plan, scan),
+            RegisterPoint::Tracked { what: TrackPoint::Threshold { extreme } } => {
+                dim_windows(plan, scan, extreme)
+            }
+            _ => {
                 let talk = conversation(maker.interface, plan, scan);
                 let (track, waits) = track_conversation(plan, scan);
-                (talk.into_iter().chain(track).collect(), 96 * scan + 2_000 + waits)
+                let talk = talk.into_iter().chain(track).collect();
+                (talk, 96 * scan + 2_000 + waits, Vec::new())
             }
         };
-        if clocks > maker.reach.most_clocks {
+        if clocks > maker.reach.most_clocks_of_talk {
             return Err(format!("it takes {clocks} clocks"));
         }
         let mut groups = vec![maker.fresh().asks(short_scans(plan))];
         let talks = PlannedGroup::random().after_reset(3, 4).received(ReceiverPlan::Stalls);
         groups.push(talks.asks(talk));
+        groups.extend(stall.map(|stall| PlannedGroup::random().received(stall)));
+        groups.extend(hits.into_iter().map(|hits| PlannedGroup::random().with(hits)));
         groups.push(PlannedGroup::random().received(ReceiverPlan::Stalls));
         groups.push(PlannedGroup::random().asks(as_in_the_scene(maker.interface, plan)));
         groups.push(PlannedGroup::random());
@@ -380,6 +541,182 @@ pub(in crate::reference) fn taken(
         }
     }
     points
+}
+
+/// The ends of the range of a setting that is not how a target is followed.
+fn ends_of(plan: &RegisterPlan, setting: usize) -> [u32; 2] {
+    let ones = |bits: u32| ((1u64 << bits) - 1) as u32;
+    match setting {
+        0 => [plan.least_chips as u32, ones(plan.chips_bits)],
+        1 => [1, ones(plan.groups_bits)],
+        2 => [0, (plan.period_chips << plan.sample_bits) as u32 - 1],
+        seed => [0, plan.seeds.get(seed - SCAN_WORDS).map_or(0, |seed| ones(seed.bits))],
+    }
+}
+
+/// The settings among these words that are at an end of their range.
+pub(in crate::reference) fn extremes(
+    plan: &RegisterPlan,
+    words: &[u32],
+) -> impl Iterator<Item = (usize, Extreme)> {
+    let own = plan.track_setting();
+    let settings = words.iter().enumerate().filter(move |(setting, _)| Some(*setting) != own);
+    settings.flat_map(move |(setting, &word)| {
+        let ends = ends_of(plan, setting).into_iter().zip([Extreme::Least, Extreme::Most]);
+        ends.filter(move |(end, _)| *end == word).map(move |(_, extreme)| (setting, extreme))
+    })
+}
+
+/// Scans with a setting at an end of its range, otherwise as short as may be, and their clocks.
+fn extreme_scans(
+    plan: &RegisterPlan,
+    scan: u64,
+    setting: usize,
+    extreme: Extreme,
+) -> (Vec<Request>, u64) {
+    let [least, most] = ends_of(plan, setting);
+    let word = if extreme == Extreme::Least { least } else { most };
+    let [chips, groups] = match setting {
+        0 => [word.into(), 2],
+        1 => [plan.least_chips, word.into()],
+        _ => [plan.least_chips, 2],
+    };
+    let clocks = scan + chips * groups;
+    let settings = [(0, plan.least_chips as u32), (1, 2), (setting, word)];
+    let mut talk: Vec<Request> = settings
+        .into_iter()
+        .map(|(setting, word)| Request::write(setting_address(setting), word))
+        .collect();
+    // The scan under way when they are written, one with them, and a part of the next.
+    talk.push(Request::Wait { clocks: 2 * scan + clocks });
+    talk.extend([Request::Read { address: STATUS }, Request::Wait { clocks: 2 * scan }]);
+    (talk, 4 * scan + clocks + 200)
+}
+
+/// Clocks of the longest stall, beyond any number of bits that a slave may count in.
+const LONGEST_STALL: u32 = 2 * LONG_STALL;
+
+/// Writes and a read of which one transfer is stalled for long.
+fn stalls(channel: Channel) -> Vec<Request> {
+    let address = setting_address(1);
+    let transfer = match channel {
+        Channel::Read => Request::Read { address },
+        _ => Request::write(address, 2),
+    };
+    let stall = |clocks| [Request::Stall { channel, clocks }, transfer];
+    [LONG_STALL, LONGEST_STALL].into_iter().flat_map(stall).collect()
+}
+
+/// Scans of many groups, none of which is taken, until the number of the lost ones has gone round; and their clocks.
+fn many_losses(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
+    let groups = (1 << plan.groups_bits) - 1;
+    let lost = (1 << LOST_BITS) + 16;
+    let clocks = lost * plan.least_chips + (lost.div_ceil(groups) + 3) * scan;
+    let mut talk = short_scans(plan);
+    talk.push(Request::write(setting_address(1), groups as u32));
+    talk.extend([Request::Wait { clocks }, Request::Read { address: STATUS }]);
+    (talk, clocks)
+}
+
+/// Writes in the very clock of what the hardware does.
+fn meets(plan: &RegisterPlan, scan: u64, meeting: Meeting) -> (Vec<Request>, u64, Vec<Hits>) {
+    // Chance has its part: whether the read comes soon enough, and whether a result was taken.
+    const TIMES: u64 = 4;
+    let Meeting { bit, event } = meeting;
+    let talk_of = |within| {
+        let (address, data) = (meeting.address(), 1 << bit);
+        [Request::Meet { event, address, data, within }, Request::Read { address }]
+    };
+    if event == HardwareEvent::TargetLost {
+        let (mut talk, clocks, dark) = patient_windows(plan, scan);
+        // In place of the wait at its end.
+        talk.pop();
+        talk.extend(talk_of(clocks));
+        return (talk, clocks + 200, dark);
+    }
+    let least = plan.least_chips as u32;
+    let most = (1u32 << plan.chips_bits) - 1;
+    // Steps that are too short are refused; a count is clamped where all hits of a long one have one sign.
+    let (chips, is_lit) = match event {
+        HardwareEvent::Refusal => (least - 1, false),
+        HardwareEvent::Clamp => (most, true),
+        _ => (least, false),
+    };
+    let within = 4 * (scan + u64::from(chips));
+    let (mut talk, mut hits) = (short_scans(plan), Vec::new());
+    for _ in 0..TIMES {
+        talk.push(Request::write(setting_address(0), chips));
+        talk.push(Request::write(CONTROL, 1 << state::RUN));
+        talk.extend(talk_of(within));
+        hits.extend(vec![Hits::AllSteps { up: true }; if is_lit { 6 } else { 0 }]);
+    }
+    talk.extend([
+        Request::write(setting_address(0), least),
+        Request::write(CONTROL, 1 << state::RUN),
+    ]);
+    (talk, TIMES * (within + 100), hits)
+}
+
+/// Turns the window on, with gain, threshold and patience in the registers' own numbers.
+fn track_with(plan: &RegisterPlan, numbers: [u32; 3]) -> Option<Request> {
+    let [gain_halvings, threshold_halvings, patience] = numbers;
+    let setting = TrackSetting { is_on: true, gain_halvings, threshold_halvings, patience };
+    Some(Request::write(setting_address(plan.track_setting()?), setting.word()))
+}
+
+/// Groups that are lit until a host has turned the window on, and a scan has found a target; and about how many scans
+/// and windows they are.
+const LIT_GROUPS: usize = 40;
+const LIT_SCANS: u64 = 12;
+
+/// A target with light, and then windows that count down alone until it is lost with the most patience.
+fn patient_windows(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64, Vec<Hits>) {
+    let Some((track, on)) = plan.track.as_ref().zip(track_with(plan, [0, 0, 15])) else {
+        return (Vec::new(), 0, Vec::new());
+    };
+    let steps = track.window_steps();
+    let windows = 18;
+    let mut hits = vec![Hits::AllSteps { up: true }; LIT_GROUPS];
+    // A scan without any hit would not show what came before it.
+    hits.extend(vec![Hits::AllSteps { up: false }; (windows * steps) as usize]);
+    let clocks = (windows + LIT_SCANS) * (scan + steps * plan.least_chips);
+    let mut talk = short_scans(plan);
+    talk.extend([on, Request::Wait { clocks }]);
+    (talk, clocks, hits)
+}
+
+/// A target with light, and then windows with less and less of it until the threshold is between.
+fn dim_windows(plan: &RegisterPlan, scan: u64, extreme: Extreme) -> (Vec<Request>, u64, Vec<Hits>) {
+    let halvings = if extreme == Extreme::Least { 7 } else { 0 };
+    let Some((track, on)) = plan.track.as_ref().zip(track_with(plan, [0, halvings, 15])) else {
+        return (Vec::new(), 0, Vec::new());
+    };
+    let steps = track.window_steps();
+    // Long steps, so that a few hits are between a 128th and a 64th of their light.
+    let chips = long_steps(plan);
+    let mut hits = vec![Hits::AllSteps { up: true }; LIT_GROUPS];
+    let (detector, step) = (DetectorIndex(0), 0);
+    // Counts, and of how many steps one has it.
+    let counts = match extreme {
+        Extreme::Least => [(1, 2), (1, 1), (2, 1), (4, 1)],
+        Extreme::Most => [3, 2, 3, 2].map(|quarters| (quarters * chips as i64 / 4, 1)),
+    };
+    for (count, every) in counts {
+        let of_step = |number: u64| match number % every {
+            0 => Hits::Count { detector, step, count },
+            _ => Hits::None,
+        };
+        hits.extend((0..2 * steps).map(of_step));
+        hits.extend(vec![Hits::AllSteps { up: true }; 4 * steps as usize]);
+    }
+    let windows = 6 * counts.len() as u64 + LIT_SCANS;
+    let clocks = windows * (scan + steps * chips);
+    let mut talk = vec![
+        Request::write(setting_address(0), chips as u32),
+        Request::write(setting_address(1), 2),
+    ];
+    talk.extend([on, Request::Wait { clocks }]);
+    (talk, clocks, hits)
 }
 
 /// Scans of two steps, as short as may be.
@@ -523,7 +860,7 @@ fn track_conversation(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
     let look = [read(STATUS), read(plan.position_address()), Request::Wait { clocks: window }];
     let mut requests = short_scans(plan);
     let last_step = (plan.period_chips << plan.sample_bits) as u32 - 1;
-    let longer = (8 * plan.least_chips).min((1 << plan.chips_bits) - 1);
+    let longer = long_steps(plan);
     // Chips of a step, windows, and numbers. Of long steps halves may have counts of much more than all; of many windows some have
     // counts that cancel.
     let turns = [
@@ -572,6 +909,11 @@ fn track_conversation(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
     }
     let clocks = 510 * window + takes(longer);
     (requests, clocks)
+}
+
+/// Chips of a step that has many more hits than the shortest.
+fn long_steps(plan: &RegisterPlan) -> u64 {
+    (8 * plan.least_chips).min((1 << plan.chips_bits) - 1)
 }
 
 /// Chips of a step, not of the shortest, that is whole code periods.

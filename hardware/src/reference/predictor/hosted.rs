@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use super::{ReferenceModel, ScanState, Surroundings};
 use crate::reference::canvas::Canvas;
-use crate::reference::coverage::registers::taken;
+use crate::reference::coverage::registers::{extremes, taken};
 use crate::reference::coverage::{RegisterPoint, ScanStart};
+use crate::reference::host::HardwareEvent;
 use crate::reference::host_ports::HostOutputs;
 use crate::reference::pattern::chip_patterns;
 use crate::reference::registers::{RegisterModel, ScanEvent, Sequence};
@@ -36,12 +37,15 @@ pub(super) struct Hosted {
     dark_from: u64,
     /// Whether the present scan has ended.
     has_ended: bool,
+    /// First clock that is not predicted yet.
+    next_clock: u64,
     /// How the next scan begins, if not behind another.
     start: Option<ScanStart>,
     /// The settings of the last take-over that fitted.
     last_words: Vec<u32>,
-    /// Cover points that the next result with a hit proves.
+    /// Cover points that the next result with a hit proves, and those that the present scan's last one does.
     proves: Vec<RegisterPoint>,
+    last_proves: Vec<RegisterPoint>,
     /// What follows a target, if the hardware does.
     track: Option<HostedTrack>,
 }
@@ -68,9 +72,11 @@ impl Hosted {
             words: Vec::new(),
             dark_from: 0,
             has_ended: true,
+            next_clock: 0,
             start: None,
             last_words: Vec::new(),
             proves: Vec::new(),
+            last_proves: Vec::new(),
             track: interface.track().map(|plan| HostedTrack::new(*plan)),
         }))
     }
@@ -83,6 +89,7 @@ impl Hosted {
         self.has_ended = true;
         self.start = None;
         self.proves.clear();
+        self.last_proves.clear();
         if let Some(track) = &mut self.track {
             track.reset();
         }
@@ -100,9 +107,13 @@ impl Hosted {
         }
     }
 
-    /// Cover points that a result with a hit proves.
-    pub(super) fn take_proven(&mut self) -> Vec<RegisterPoint> {
-        std::mem::take(&mut self.proves)
+    /// Cover points that a result with a hit proves, the last one of its scan or not.
+    pub(super) fn take_proven(&mut self, is_last: bool) -> Vec<RegisterPoint> {
+        let mut proven = std::mem::take(&mut self.proves);
+        if is_last {
+            proven.append(&mut self.last_proves);
+        }
+        proven
     }
 
     /// A scan's last word has come; its last counts are told at `clock`.
@@ -124,6 +135,28 @@ impl ReferenceModel {
     /// What the slave of the registers shows after the blocks predicted so far.
     pub fn host_outputs(&self) -> HostOutputs {
         self.hosted.as_ref().map(|hosted| hosted.registers.shown()).unwrap_or_default()
+    }
+
+    /// Whether something happens to the registers in the clock behind the next one, as far as the clocks predicted so
+    /// far tell: of a loss, that the stream is not free yet.
+    pub(in crate::reference) fn comes(&self, event: HardwareEvent) -> bool {
+        let Some(hosted) = &self.hosted else {
+            return false;
+        };
+        let next = hosted.next_clock;
+        let arrival = self.stream.next_arrival().filter(|arrival| arrival.clock == next);
+        match event {
+            HardwareEvent::TakeOver => hosted.phase == Phase::Idle && hosted.may_begin(next),
+            HardwareEvent::Refusal => {
+                let plan = hosted.registers.plan();
+                let settings = plan.settings() as u64;
+                matches!(hosted.phase, Phase::Takes { from } if next == from + settings + 1)
+                    && !plan.fits(&hosted.registers.settings(&hosted.words))
+            }
+            HardwareEvent::Loss => arrival.is_some() && self.stream.axis.now.is_valid,
+            HardwareEvent::Clamp => arrival.is_some_and(|arrival| arrival.saturated),
+            HardwareEvent::TargetLost => hosted.registers.is_told(next + 1, event),
+        }
     }
 
     /// Where the peak of the target that is followed is, in phase steps, and whether the last window had its light; after
@@ -166,6 +199,7 @@ impl ReferenceModel {
                 }
             };
         }
+        hosted.next_clock = clocks.end;
         for point in hosted.registers.take_points() {
             if let Some(number) = self.table.number(point) {
                 self.stream.axis.exercise.covered.mark(number);
@@ -343,6 +377,17 @@ impl ReferenceModel {
         hosted.proves.clear();
         hosted.proves.extend(how);
         hosted.proves.extend(taken(&plan, &hosted.words, &hosted.last_words));
+        hosted.last_proves.clear();
+        let is_window = hosted.track.as_ref().is_some_and(HostedTrack::is_window);
+        for (setting, extreme) in extremes(&plan, &hosted.words) {
+            let point = RegisterPoint::Extreme { setting, extreme };
+            match setting {
+                // A window has groups and first step of its own.
+                1 | 2 if is_window => {}
+                1 => hosted.last_proves.push(point),
+                _ => hosted.proves.push(point),
+            }
+        }
         if let Some(track) = &mut hosted.track {
             let points = track.take_points().into_iter();
             hosted.proves.extend(points.map(|what| RegisterPoint::Tracked { what }));

@@ -1,10 +1,14 @@
 //! A target that is followed, from scan to scan of hardware whose host has turned that on.
 
-use crate::reference::coverage::TrackPoint;
+use crate::reference::coverage::{Extreme, TrackPoint};
 use crate::reference::registers::{RegisterModel, ScanEvent};
 use crate::reference::tracking::{Follower, WindowSums};
 use crate::sensor::registers::Settings;
-use crate::sensor::track::{CLOCKS_FROM_PEAK, TrackPlan};
+use crate::sensor::track::{CLOCKS_FROM_PEAK, PATIENCE_BITS, SHARE_BITS, TrackPlan};
+
+/// The largest patience, and the most halvings of a share.
+const MOST_PATIENCE: u32 = (1 << PATIENCE_BITS) - 1;
+const MOST_HALVINGS: u32 = (1 << SHARE_BITS) - 1;
 
 /// What follows a target.
 #[derive(Debug, Clone)]
@@ -77,6 +81,11 @@ impl HostedTrack {
         self.follows &= is_to_come;
     }
 
+    /// Whether the present scan is a window.
+    pub(super) fn is_window(&self) -> bool {
+        self.is_window
+    }
+
     /// Settings are taken over.
     pub(super) fn begins(&mut self) {
         self.is_window = self.follows;
@@ -116,9 +125,10 @@ impl HostedTrack {
         }
         let setting = self.follower.setting;
         let sums = WindowSums::of(&counts, self.plan.half_steps());
-        let before = self.follower.window();
+        let before = self.follower.clone();
         let is_lost = self.follower.counted(sums);
-        self.points = points(&self.follower, sums, before, is_lost);
+        self.points = points(&self.follower, sums, before.window(), is_lost);
+        self.points.extend(extremes(&before, sums, &self.follower, is_lost));
         let done = clock + u64::from(self.plan.decision_clocks());
         self.follows = setting.is_on && !is_lost;
         let position = self.follower.position().filter(|_| self.follows);
@@ -179,4 +189,36 @@ fn points(
         }
     }
     points
+}
+
+/// What it shows of a setting at an end of its range: that another next to it would have decided otherwise.
+fn extremes(
+    before: &Follower,
+    sums: WindowSums,
+    after: &Follower,
+    is_lost: bool,
+) -> Vec<TrackPoint> {
+    let setting = before.setting;
+    let is_locked = after.is_locked();
+    let with_threshold = |threshold_halvings| {
+        let mut other = before.clone();
+        other.setting.threshold_halvings = threshold_halvings;
+        other.counted(sums);
+        other.is_locked()
+    };
+    let [least, most] = [Extreme::Least, Extreme::Most];
+    let points = [
+        (is_lost && setting.patience == MOST_PATIENCE, TrackPoint::LostLast),
+        (
+            setting.threshold_halvings == MOST_HALVINGS
+                && is_locked
+                && !with_threshold(MOST_HALVINGS - 1),
+            TrackPoint::Threshold { extreme: least },
+        ),
+        (
+            setting.threshold_halvings == 0 && !is_locked && with_threshold(1),
+            TrackPoint::Threshold { extreme: most },
+        ),
+    ];
+    points.into_iter().filter(|(is, _)| *is).map(|(_, point)| point).collect()
 }

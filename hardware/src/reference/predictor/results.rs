@@ -24,7 +24,7 @@ impl ReferenceModel {
         let shows_at = self.released + end + u64::from(self.interface.result_latency_clocks);
         let (beats, clamps) = self.beats(shows_at);
         let saturated = clamps.counts + clamps.totals > 0;
-        let proves = self.proven_points();
+        let proves = self.proven_points(last);
         self.stream.axis.exercise.phase_steps += grouping.steps_of(self.scan.group).count() as u64;
         let is_counted = self.totals.iter().any(|&total| total > 0);
         self.resets.group_ends(self.released + end, last, is_counted);
@@ -107,8 +107,8 @@ impl ReferenceModel {
         (beats, clamps)
     }
 
-    /// Cover points that the results of the present group prove when they show.
-    fn proven_points(&mut self) -> Vec<usize> {
+    /// Cover points that the results of the present group, the `last` of its scan or not, prove when they show.
+    fn proven_points(&mut self, last: bool) -> Vec<usize> {
         let parallel = u64::from(self.interface.parallel());
         let steps = self.interface.grouping().steps_of(self.scan.group).len();
         let begins_scan = self.scan.group.0 * parallel == self.scan.left_out;
@@ -158,7 +158,7 @@ impl ReferenceModel {
         if let Some(hosted) =
             self.hosted.as_mut().filter(|_| self.totals.iter().any(|&total| total > 0))
         {
-            let proven = hosted.take_proven();
+            let proven = hosted.take_proven(last);
             points.extend(proven.into_iter().filter_map(|point| self.table.number(point)));
         }
         points.append(&mut self.resets.of_results);
