@@ -110,7 +110,7 @@ def test_taps_that_make_no_code_are_not_written(simulated: Callable[..., Simulat
     good, bad = 0x0F << 5 | 0x13, 0x1F << 5 | 0x13
     with goldtof.device.open(board.port, scene) as device:
         device.write(0x024, good)
-        with pytest.raises(ValueError, match="no primitive polynomial of degree 5"):
+        with pytest.raises(ValueError, match="not a primitive polynomial of degree 5"):
             device.write(0x024, bad)
         assert board.registers[0x024] == good
         device.write(0x024, bad, force=True)
