@@ -37,7 +37,7 @@ pub(super) fn estimator_name(kind: EstimatorKind) -> &'static str {
 pub(super) fn missed(share: Option<f64>) -> Option<String> {
     share.filter(|share| *share > SELDOM).map(|share| {
         let percent = share * 100.0;
-        format!("{percent:.2} % of the scans are expected to miss the peak, bias and scatter are those of the others")
+        format!("{percent:.2} % of the scans are expected to miss the peak, which bias and scatter leave out")
     })
 }
 
