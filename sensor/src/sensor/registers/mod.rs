@@ -602,7 +602,7 @@ mod tests {
         assert_eq!(interface.doubt(0x24, own as u32), None);
         assert_eq!(interface.doubt(0x20, 0), None);
         for (taps, why) in [
-            (0x1f, "no primitive polynomial of degree 5"),
+            (0x1f, "not a primitive polynomial of degree 5"),
             (0x02, "not of degree 5"),
             (0x25, "more than a polynomial of degree 5 has: 5 bits"),
         ] {
