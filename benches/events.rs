@@ -8,17 +8,20 @@
 //! scales with the number of cores. Processor time, because a machine may be shared;
 //! only the scaling needs a quiet one.
 //!
-//!     cargo bench --bench events
+//!     cargo bench --bench events [-- DRAWING.svg]
+//!
+//! What a chip costs over the ranges is drawn into that file, too (docs/pictures/growth.svg).
 
 use std::error::Error;
 use std::num::NonZero;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::available_parallelism;
 use std::time::Instant;
 
 use goldtof::photons::fast::{InstructionSet, Recorder, StepCounter};
 use goldtof::photons::{DetectorModel, PulseStream, StepCount, count_step};
+use goldtof::report::chart::{Chart, ChartAxis, DrawingRole, Mark, Panel};
 use goldtof::scan::{Group, Sample, Step};
 use goldtof::scene::{self, CellOutputs, Combination, Crosstalk, Detector, DetectorIndex, Scene};
 use goldtof::sensor::Sensor;
@@ -32,6 +35,8 @@ const BLOCK_SAMPLES: u64 = 131_072;
 const PLAIN_SHARE: usize = 8;
 
 fn main() -> Result<(), Box<dyn Error>> {
+    // Cargo's own option comes before ours.
+    let drawing = std::env::args().skip(1).find(|word| !word.starts_with('-')).map(PathBuf::from);
     let mut scene = scene::load(Path::new("scenes/paper-single.toml"))?;
     println!(
         "detections/s   engine     ns per detection (median)   pulse (median)   plain loop (median)   \
@@ -43,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     laws()?;
     set_rate(&mut scene, 10e6);
-    sweeps()?;
+    sweeps(drawing.as_deref())?;
     scaling(&scene);
     Ok(())
 }
@@ -125,8 +130,15 @@ fn counted_of_all(scene: &Scene, steps: usize) -> f64 {
     count(scene, DetectorIndex(0)) / all
 }
 
-/// A key of a scene, the file, and the settings of neighbours.
-type Sweep = (&'static str, &'static str, Vec<Vec<String>>);
+/// Scenes that differ in a key, from neighbour to neighbour.
+struct Sweep {
+    name: &'static str,
+    file: &'static str,
+    /// What the value is, with its unit; nothing where it is not a number.
+    axis: Option<ChartAxis>,
+    /// The value, and the settings that make it.
+    scenes: Vec<(f64, Vec<String>)>,
+}
 
 fn swept() -> Vec<Sweep> {
     const SINGLE: &str = "scenes/paper-single.toml";
@@ -134,50 +146,89 @@ fn swept() -> Vec<Sweep> {
         let family = if degree.is_multiple_of(4) { "m-sequence" } else { "gold" };
         format!("code={{ family = \"{family}\", degree = {degree} }}")
     };
-    let of_detector = |key: &str, values: &[&str]| {
-        values.iter().map(|value| vec![format!("detector.{key}={value}")]).collect()
+    let degrees = |source: &str| {
+        (3..=16)
+            .map(|degree| (f64::from(degree), vec![format!("{source}.{}", code(degree))]))
+            .collect()
     };
     let edges = [["0 s", "0 s"], ["1 ns", "1 ns"], ["1 ns", "1.2 ns"], ["6 ns", "1 ns"]];
     let edges = edges.map(|[rise, fall]| {
         vec![format!("source.rise_time={rise}"), format!("source.fall_time={fall}")]
     });
-    let jitters = ["\"0 s\"", "\"50 ps\"", "\"200 ps\"", "\"1 ns\"", "\"4 ns\"", "\"16 ns\""];
-    let jitters = jitters.map(|jitter| format!("[{jitter}]"));
-    let jitters: Vec<&str> = jitters.iter().map(String::as_str).collect();
-    let parallel = [1, 2, 4, 8, 16].map(|steps| vec![format!("hardware.parallel={steps}")]);
-    let degrees =
-        |source: &str| (3..=16).map(|degree| vec![format!("{source}.{}", code(degree))]).collect();
+    let nanoseconds = |key: &str, values: &[f64], has_list: bool| {
+        let setting = |ns: f64| match has_list {
+            true => format!("detector.{key}=[\"{ns} ns\"]"),
+            false => format!("detector.{key}={ns} ns"),
+        };
+        values.iter().map(|&ns| (ns, vec![setting(ns)])).collect()
+    };
+    let recharge = ["active", "passive"].map(|law| (0.0, vec![format!("detector.recharge={law}")]));
+    let parallel = [1_u32, 2, 4, 8, 16]
+        .map(|steps| (f64::from(steps), vec![format!("hardware.parallel={steps}")]));
+    let sweep = |name, file, axis: Option<ChartAxis>, scenes| Sweep { name, file, axis, scenes };
+    let linear = |label: &str| Some(ChartAxis::linear("", label));
+    let log = |label: &str| Some(ChartAxis::log("", label));
     vec![
-        ("degree", SINGLE, degrees("source")),
-        ("unlike periods", "scenes/dual-view.toml", degrees("source[other]")),
-        ("edges", SINGLE, edges.into()),
-        ("jitter", SINGLE, of_detector("jitter", &jitters)),
-        ("dead time", SINGLE, of_detector("dead_time", &["0 s", "14 ns", "1 us", "8 us"])),
-        ("recharge", SINGLE, of_detector("recharge", &["active", "passive"])),
-        ("parallel", SINGLE, parallel.into()),
+        sweep("degree", SINGLE, linear("degree of the code"), degrees("source")),
+        sweep(
+            "unlike periods",
+            "scenes/dual-view.toml",
+            linear("degree of the other laser's code, beside 11"),
+            degrees("source[other]"),
+        ),
+        sweep(
+            "jitter",
+            SINGLE,
+            log("jitter (ns)"),
+            nanoseconds("jitter", &[0.0, 0.05, 0.2, 0.5, 1.0, 2.0, 4.0, 16.0], true),
+        ),
+        sweep(
+            "dead time",
+            SINGLE,
+            log("dead time (ns)"),
+            nanoseconds("dead_time", &[0.0, 14.0, 100.0, 500.0, 1e3, 2e3, 4e3, 8e3], false),
+        ),
+        sweep("parallel", SINGLE, log("phase steps at once"), parallel.into()),
+        sweep("edges", SINGLE, None, edges.map(|settings| (0.0, settings)).into()),
+        sweep("recharge", SINGLE, None, recharge.into()),
     ]
 }
 
-/// Prints what a chip of a step, and a chip of a group's pulses, cost over ranges of keys.
-fn sweeps() -> Result<(), Box<dyn Error>> {
+/// Prints what a chip of a step, and a chip of a group's pulses, cost over ranges of keys; draws it into a
+/// file, if there is one.
+fn sweeps(drawing: Option<&Path>) -> Result<(), Box<dyn Error>> {
     println!("scene: ns of processor time for a chip of a step, and of a group's pulses");
     let mut largest = (0.0, String::new());
-    for (key, file, scenes) in swept() {
-        let mut before: Option<[f64; 2]> = None;
-        for settings in scenes {
+    let mut panels = Vec::new();
+    for Sweep { name, file, axis, scenes } in swept() {
+        let mut costs_ns: Vec<(f64, [f64; 2])> = Vec::new();
+        for (value, settings) in scenes {
             let parsed: Vec<_> = settings.iter().map(|s| s.parse()).collect::<Result<_, _>>()?;
             let scene = scene::load_with(Path::new(file), &parsed)?;
             let costs = chip_costs_ns(&scene);
-            println!("{key:14} {:60} {:8.3} {:8.3}", settings.join(" "), costs[0], costs[1]);
-            for (cost, before) in costs.iter().zip(before.iter().flatten()) {
+            println!("{name:14} {:60} {:8.3} {:8.3}", settings.join(" "), costs[0], costs[1]);
+            for (cost, before) in costs.iter().zip(costs_ns.last().iter().flat_map(|(_, of)| of)) {
                 if cost / before > largest.0 {
                     largest = (cost / before, settings.join(" "));
                 }
             }
-            before = Some(costs);
+            costs_ns.push((value, costs));
+        }
+        if let Some(axis) = axis {
+            let of = |kind: usize| costs_ns.iter().map(move |(value, costs)| (*value, costs[kind]));
+            let y = ChartAxis::log("", "processor time of a chip (ns)");
+            let panel = Panel::new(axis, y)
+                .with("counts of a step", DrawingRole::Counts, Mark::LineAndDots, of(0))
+                .with("pulses of a group", DrawingRole::Other(1), Mark::LineAndDots, of(1));
+            panels.push(panel);
         }
     }
     println!("largest step between neighbours: {:.2} times, to {}", largest.0, largest.1);
+    if let Some(path) = drawing {
+        let title =
+            "A chip's cost in the fast photon engine, 10 million detections a second".to_owned();
+        std::fs::write(path, Chart { title, panels }.svg())?;
+    }
     Ok(())
 }
 

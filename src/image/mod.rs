@@ -5,7 +5,7 @@
 //! the exact theory, tabulated over light and delay ([`table`]), or from scans of its own
 //! ([`scans`]).
 //!
-//! ```
+//! ```no_run
 //! use goldtof::image::{ImageOptions, image};
 //! use goldtof::Sensor;
 //!

@@ -18,6 +18,9 @@ pub struct Overview {
     /// The scene's name.
     #[serde(skip)]
     pub scene: String,
+    /// Scans that a board adds up, of whose sum errors are expected.
+    #[serde(skip)]
+    pub added_scans: u32,
     /// Every part, kept or left out.
     #[serde(flatten)]
     pub plan: Plan,
@@ -27,7 +30,8 @@ pub struct Overview {
     pub resources: Option<Resources>,
     /// Photons of each path, but for those of dark sources.
     pub link: Vec<LinkBudget>,
-    /// What theory expects of each detector's estimates, by either estimator.
+    /// What theory expects of each detector's estimates, by either estimator: of sums of scans where
+    /// `hardware.accumulate` asks for them.
     pub expected: Vec<ExpectedError>,
 }
 
@@ -63,11 +67,13 @@ pub fn overview(sensor: &Sensor) -> Overview {
     let plan = measure::with_savings(super::plan(sensor), sensor);
     Overview {
         scene: sensor.scene().name.clone(),
+        added_scans: sensor.scene().hardware.accumulate,
         plan: with_cells(plan, sensor),
         figures: Figures::of(sensor),
         resources: resources(sensor),
         link: link_budget(sensor),
-        expected: expected(sensor),
+        // Of what a host gets.
+        expected: expected(&sensor.summed()),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What people read: plots, tables, the report page.
 
 mod block_diagram;
-pub(crate) mod chart;
+pub mod chart;
 pub(crate) mod columns;
 mod coordinate;
 pub mod curves;

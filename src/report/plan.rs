@@ -36,7 +36,8 @@ pub fn text(overview: &Overview, width: Option<usize>) -> String {
         text += &table(&format!("Photons per second, {}", budget[0]), &rows);
     }
     for of_detector in overview.expected.chunks(2) {
-        text += &table(&expected_title(&of_detector[0]), &expected(of_detector));
+        let title = expected_title(&of_detector[0], overview.added_scans);
+        text += &table(&title, &expected(of_detector));
     }
     text += &table("FPGA", &resources(overview.resources.as_ref()));
     text += &parts(&overview.plan, width);
@@ -152,9 +153,10 @@ pub(super) fn link(budgets: &[LinkBudget]) -> Vec<Row> {
 }
 
 /// Whose errors, and where.
-pub(super) fn expected_title(expected: &ExpectedError) -> String {
+fn expected_title(expected: &ExpectedError, added_scans: u32) -> String {
     let at = expected.true_distance_m.map(|m| format!(" at {}", length(m))).unwrap_or_default();
-    format!("Expected error of {} ranging {}{at}", expected.detector, expected.source)
+    let of = if added_scans > 1 { format!(", sum of {added_scans} scans") } else { String::new() };
+    format!("Expected error of {} ranging {}{at}{of}", expected.detector, expected.source)
 }
 
 /// Bias and scatter of each estimator, and the bound.

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use goldtof::code::{CodeSpec, Family};
-use goldtof::plan::overview::{overview, with_cells};
+use goldtof::plan::overview::{Overview, overview, with_cells};
 use goldtof::plan::resources::{Basis, resources};
 use goldtof::plan::{Part, plan};
 use goldtof::report::plan::{parts, text};
@@ -288,6 +288,23 @@ fn what_people_read_of_a_plan_has_the_numbers_of_its_json() {
     }
     let luts = &json["resources"]["luts"];
     assert!(text.contains(&format!("about {luts} (LUT4")), "{luts}: {text}");
+}
+
+/// Four scans added up are expected to err as one whose steps are four times as long.
+#[test]
+fn a_plan_expects_what_a_host_gets() {
+    let overview_of = |accumulate: u32, steps_are_longer: u64| {
+        let mut scene = standard("quick");
+        scene.hardware.accumulate = accumulate;
+        scene.scan.integration_chips = 81 * 31 * steps_are_longer;
+        overview(&Sensor::new(&scene))
+    };
+    let [one, four, long] = [(1, 1), (4, 1), (1, 4)].map(|(m, n)| overview_of(m, n));
+    assert_eq!(four.expected, long.expected);
+    let std_m = |of: &Overview| of.expected[0].expected_std_m.expect("quick is within theory");
+    assert!((1.9..2.1).contains(&(std_m(&one) / std_m(&four))), "{:?}", four.expected);
+    assert!(text(&four, None).contains(", sum of 4 scans"));
+    assert_eq!(four.figures.frame_time_s, one.figures.frame_time_s);
 }
 
 #[test]

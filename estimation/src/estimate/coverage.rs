@@ -154,10 +154,14 @@ const MOST_OUTSIDE: f64 = 0.5;
 
 /// How far a path's delay is outside of the scan.
 fn outside_scan(asked: &Asked) -> Approximation {
+    let offset_ps = asked.offset_ps();
     Approximation {
-        name: "that the true delay is in the scan",
+        name: match offset_ps > 0.0 {
+            true => "that the true delay is in the scan (detector.delay is added to that of the path)",
+            false => "that the true delay is in the scan",
+        },
         measure: "it is outside by this many phase steps:",
-        size: steps_outside(asked.sensor, asked.truth().delay_ps + asked.offset_ps()),
+        size: steps_outside(asked.sensor, asked.truth().delay_ps + offset_ps),
         bound: MOST_OUTSIDE,
         concerns_misses: true,
     }

@@ -42,7 +42,8 @@ tables! {
             "as for `first`";
         around = quantity(Distance, "0 m", "1500000 km"),
             Otherwise("none: the window is given with `first`"), "3.2 m";
-            "distance (or time of flight, 0 s to 10 s) in the middle of the window"
+            "distance (or time of flight, 0 s to 10 s) in the middle of the window; `detector.delay` is not \
+             in it, which moves a target's peak to later phase steps"
             "as for `path.distance` and `path.delay`";
         halfwidth = integer(0, MOST_PHASE_STEPS / 2),
             Otherwise("none: the window is given with `first`"), "16";
