@@ -191,7 +191,7 @@ fn faults_round_the_core_are_found() {
             ("framer.v", "(first || !is_gap)", "1'b1"),
             ("framer.v", "{sum, sequence_r[7:1]}", "{1'b0, sum, sequence_r[6:1]}"),
             ("request_receiver.v", "|| i_silence || i_broken", "|| i_silence"),
-            ("uart_receiver.v", "CLOCKS_PER_BIT / 2 - 1", "CLOCKS_PER_BIT - 1"),
+            ("uart_receiver.v", "CLOCKS_PER_BIT / 2 - 1", "CLOCKS_PER_BIT / 4 - 1"),
             ("bridge_reset.v", "uart_meta_r <= ask_r", "uart_meta_r <= 1'b0"),
             ("board_top.v", "negedge ready", "posedge ready"),
             ("board_top.v", ".m_axil_araddr (araddr)", ".m_axil_araddr ()"),
@@ -226,6 +226,8 @@ fn faults_round_the_core_are_found() {
             ),
             ("result_accumulator.v", "is_last_scan || !is_last_place ?", "is_last_scan ?"),
             ("result_accumulator.v", "(sum_place_r)", "(word_place_r)"),
+            ("result_writer.v", "lost_r <= lost_r + 16'd1", "lost_r[14:0] <= lost_r[14:0] + 15'd1"),
+            ("uart_receiver.v", "CLOCKS_PER_BIT / 2 - 1", "CLOCKS_PER_BIT / 4 - 1"),
         ],
     );
 }

@@ -56,7 +56,7 @@ const POINTS: [Point; 32] = [
     ("a scan is whole behind a loss", Facts::loses),
     ("a scan is lost with the FIFO more than half full", Facts::loses),
     ("a scan is taken with the FIFO less than half full", Facts::loses),
-    ("the number of lost results goes round", Facts::loses),
+    ("the number of lost results goes round", Facts::loses_a_round),
     ("the core waits for the line", |facts| facts.packing.waits),
     ("o_overrun is told", |_| true),
     ("o_saturated is told", |facts| facts.has_saturated),
