@@ -10,7 +10,9 @@ use crate::reference::group_maker::GroupMaker;
 use crate::reference::host::{Channel, HardwareEvent};
 use crate::reference::planned::PlannedGroup;
 use crate::sensor::interface::Interface;
-use crate::sensor::registers::{CONTROL, RegisterPlan, SCAN_WORDS, STATUS, Seed, state};
+use crate::sensor::registers::{
+    CONTROL, RegisterPlan, SCAN_WORDS, SCANS_BITS, STATUS, Seed, state,
+};
 
 /// Clocks of a stall that is long: slaves have been seen to give up after a power of two of them.
 pub(in crate::reference) const LONG_STALL: u32 = 300;
@@ -80,11 +82,17 @@ pub enum RegisterPoint {
     },
     /// The flags were read behind so many losses that their number has gone round.
     LostGoesRound,
+    /// The number of scans was read with this bit set.
+    ScansCounted {
+        /// The bit.
+        bit: u32,
+    },
     /// A read that waited while settings were taken over.
     Waited,
     /// A setting that was written while settings were taken over.
     WrittenMeanwhile,
-    /// A result of a scan that follows from a window, or from a scan that looked for a target.
+    /// What came of a window, or of a scan that looked for a target, has shown: with the last result of the scan behind
+    /// it, or in a word that was read.
     Tracked {
         /// What.
         what: TrackPoint,
@@ -105,6 +113,15 @@ pub enum Extreme {
     Least,
     /// Its largest.
     Most,
+}
+
+impl Extreme {
+    fn text(self) -> &'static str {
+        match self {
+            Extreme::Least => "least",
+            Extreme::Most => "largest",
+        }
+    }
 }
 
 /// A host writes 1 to a bit of the state, and in the same clock the hardware does something that changes the bit. It is 1
@@ -179,17 +196,28 @@ pub enum TrackPoint {
     Most,
     /// It moved over the end of the code period.
     OverTheEnd,
-    /// A target was lost behind as many windows as the largest patience has.
-    LostLast,
-    /// A window had no light but for the least threshold, or had it but for the largest.
-    Threshold {
-        /// Which of the two.
+    /// A word was read that would be another one if a number at an end of its range were the one next to it.
+    Number {
+        /// Which number.
+        number: TrackNumber,
+        /// Which end.
         extreme: Extreme,
     },
 }
 
+/// A number of the setting by which a target is followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TrackNumber {
+    /// The share of the way that a window moves.
+    Gain,
+    /// The share of the light below which a window has lost it.
+    Threshold,
+    /// The windows without light behind which the target is lost.
+    Patience,
+}
+
 impl TrackPoint {
-    const ALL: [TrackPoint; 12] = [
+    const ALL: [TrackPoint; 15] = [
         TrackPoint::Found,
         TrackPoint::Nothing,
         TrackPoint::Lit,
@@ -199,13 +227,16 @@ impl TrackPoint {
         TrackPoint::Moved { back: true },
         TrackPoint::Most,
         TrackPoint::OverTheEnd,
-        TrackPoint::LostLast,
-        TrackPoint::Threshold { extreme: Extreme::Least },
-        TrackPoint::Threshold { extreme: Extreme::Most },
+        TrackPoint::Number { number: TrackNumber::Gain, extreme: Extreme::Least },
+        TrackPoint::Number { number: TrackNumber::Gain, extreme: Extreme::Most },
+        TrackPoint::Number { number: TrackNumber::Threshold, extreme: Extreme::Least },
+        TrackPoint::Number { number: TrackNumber::Threshold, extreme: Extreme::Most },
+        TrackPoint::Number { number: TrackNumber::Patience, extreme: Extreme::Least },
+        TrackPoint::Number { number: TrackNumber::Patience, extreme: Extreme::Most },
     ];
 
-    fn text(self) -> &'static str {
-        match self {
+    fn text(self) -> String {
+        let text = match self {
             TrackPoint::Found => "a window at a target that a scan has found",
             TrackPoint::Nothing => "a scan behind one that has found no target",
             TrackPoint::Lit => "a scan behind a window with its target's light",
@@ -215,14 +246,19 @@ impl TrackPoint {
             TrackPoint::Moved { back: true } => "a window that has moved back",
             TrackPoint::Most => "a window behind one with all light in one half",
             TrackPoint::OverTheEnd => "a window that has moved over the end of the code period",
-            TrackPoint::LostLast => "a scan for a target that was lost with the most patience",
-            TrackPoint::Threshold { extreme: Extreme::Least } => {
-                "a window behind one with light for the lowest threshold alone"
+            TrackPoint::Number { number, extreme } => {
+                let number = match number {
+                    TrackNumber::Gain => "gain",
+                    TrackNumber::Threshold => "threshold",
+                    TrackNumber::Patience => "patience",
+                };
+                return format!(
+                    "a word that the {} {number} alone makes of a window",
+                    extreme.text()
+                );
             }
-            TrackPoint::Threshold { extreme: Extreme::Most } => {
-                "a window behind one without light for the highest threshold alone"
-            }
-        }
+        };
+        text.to_owned()
     }
 }
 
@@ -361,6 +397,8 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
         add(RegisterPoint::Stalled { channel });
     }
     add(RegisterPoint::LostGoesRound);
+    // The way to the highest bit has all others.
+    (0..SCANS_BITS).rev().for_each(|bit| add(RegisterPoint::ScansCounted { bit }));
     add(RegisterPoint::Waited);
     add(RegisterPoint::WrittenMeanwhile);
     for meeting in Meeting::ALL {
@@ -394,11 +432,7 @@ impl PointFamily for RegisterPoint {
                 format!("a scan with another value of {}", setting_text(setting))
             }
             RegisterPoint::Extreme { setting, extreme } => {
-                let extreme = match extreme {
-                    Extreme::Least => "least",
-                    Extreme::Most => "largest",
-                };
-                format!("a scan with the {extreme} value of {}", setting_text(setting))
+                format!("a scan with the {} value of {}", extreme.text(), setting_text(setting))
             }
             RegisterPoint::TapsTaken { seed, primitive } => {
                 let polynomial = if primitive { "another" } else { "no" };
@@ -434,7 +468,7 @@ impl PointFamily for RegisterPoint {
             RegisterPoint::Held { read } => {
                 format!("the response to a {} that waits", if read { "read" } else { "write" })
             }
-            RegisterPoint::Tracked { what } => what.text().to_owned(),
+            RegisterPoint::Tracked { what } => what.text(),
             RegisterPoint::Stalled { channel } => {
                 let transfer = match channel {
                     Channel::WriteAddress => "a write whose address is long in coming",
@@ -447,6 +481,9 @@ impl PointFamily for RegisterPoint {
             RegisterPoint::Met { meeting } => meeting.text(),
             RegisterPoint::LostGoesRound => {
                 "the number of lost groups read when it has gone round".to_owned()
+            }
+            RegisterPoint::ScansCounted { bit } => {
+                format!("the number of scans read with bit {bit} set")
             }
             RegisterPoint::Waited => "a read that waits for a take-over".to_owned(),
             RegisterPoint::WrittenMeanwhile => "a setting written during a take-over".to_owned(),

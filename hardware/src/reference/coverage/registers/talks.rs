@@ -1,12 +1,14 @@
 //! What a host asks for on the way to the cover points of registers: its talks, in scans that cannot be shortened.
 
 use super::{
-    Extreme, LONG_STALL, Meeting, RegisterPoint, ScanStart, TrackPoint, chips_to_an_epoch, ends_of,
+    Extreme, LONG_STALL, Meeting, RegisterPoint, ScanStart, TrackNumber, TrackPoint,
+    chips_to_an_epoch, ends_of,
 };
 use crate::code::is_maximal;
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::host::{Channel, HardwareEvent, Request};
 use crate::reference::planned::{Hits, PlannedGroup, ReceiverPlan};
+use crate::scan::CHIPS_TO_PREPARATION;
 use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 use crate::sensor::registers::{
@@ -14,6 +16,9 @@ use crate::sensor::registers::{
     setting_address, state,
 };
 use crate::sensor::track::TrackSetting;
+
+/// Most clocks of scans that are there to be counted: 2^16 of them take many times as long as all other talks.
+const MOST_CLOCKS_OF_SCANS: u64 = 1 << 18;
 
 /// What a host asks for, and what comes upon the sensor meanwhile.
 struct Talk {
@@ -31,6 +36,12 @@ impl Talk {
     fn new(requests: Vec<Request>, clocks: u64) -> Talk {
         Talk { requests, clocks, hits: Vec::new(), receiver: None }
     }
+
+    /// With more at its end, which takes hardly any longer.
+    fn then(mut self, more: impl IntoIterator<Item = Request>) -> Talk {
+        self.requests.extend(more);
+        self
+    }
 }
 
 /// Groups in which a host talks until it has reached a point. A few conversations have all of them; what depends on chance
@@ -43,7 +54,11 @@ pub(super) fn recipe(
         return Err("there are no registers".to_owned());
     };
     let Talk { requests, clocks, hits, receiver } = talk_of(point, maker.interface, plan);
-    if clocks > maker.reach.most_clocks_of_talk {
+    let most_clocks = match point {
+        RegisterPoint::ScansCounted { .. } => MOST_CLOCKS_OF_SCANS,
+        _ => u64::MAX,
+    };
+    if clocks > most_clocks.min(maker.reach.most_clocks_of_talk) {
         return Err(format!("it takes {clocks} clocks"));
     }
     let mut groups = vec![maker.fresh().asks(short_scans(plan))];
@@ -74,9 +89,16 @@ fn talk_of(point: RegisterPoint, interface: &Interface, plan: &RegisterPlan) -> 
         }
         RegisterPoint::Met { meeting } => meets(plan, scan, meeting),
         RegisterPoint::LostGoesRound => many_losses(plan, scan),
-        RegisterPoint::Tracked { what: TrackPoint::LostLast } => patient_windows(plan, scan),
-        RegisterPoint::Tracked { what: TrackPoint::Threshold { extreme } } => {
-            dim_windows(plan, scan, extreme)
+        RegisterPoint::ScansCounted { bit } => many_scans(timing.preparation_chips, plan, bit),
+        RegisterPoint::Tracked {
+            what: TrackPoint::Number { number: TrackNumber::Threshold, extreme },
+        } => dim_windows(plan, scan, extreme),
+        RegisterPoint::Tracked {
+            what: TrackPoint::Number { number: TrackNumber::Patience, extreme: Extreme::Most },
+        } => {
+            let talk = patient_windows(plan, scan);
+            let looks = looks(plan, plan.least_chips, talk.clocks);
+            talk.then(looks)
         }
         _ => {
             let (mut requests, (track, waits)) =
@@ -88,12 +110,7 @@ fn talk_of(point: RegisterPoint, interface: &Interface, plan: &RegisterPlan) -> 
 }
 
 /// Scans with a setting at an end of its range, otherwise as short as may be, and their clocks.
-fn extreme_scans(
-    plan: &RegisterPlan,
-    scan: u64,
-    setting: usize,
-    extreme: Extreme,
-) -> Talk {
+fn extreme_scans(plan: &RegisterPlan, scan: u64, setting: usize, extreme: Extreme) -> Talk {
     let [least, most] = ends_of(plan, setting);
     let word = if extreme == Extreme::Least { least } else { most };
     let [chips, groups] = match setting {
@@ -139,6 +156,22 @@ fn many_losses(plan: &RegisterPlan, scan: u64) -> Talk {
     Talk { receiver, ..Talk::new(talk, clocks) }
 }
 
+/// Scans of one group until this bit of their number has come to be set, as have those below it.
+fn many_scans(preparation_chips: u64, plan: &RegisterPlan, bit: u32) -> Talk {
+    // Its preparation begins with a code period.
+    let chips = preparation_chips + plan.least_chips + CHIPS_TO_PREPARATION;
+    let scan = chips.next_multiple_of(plan.period_chips);
+    let read = Request::Read { address: STATUS };
+    let mut talk = vec![
+        Request::write(setting_address(0), plan.least_chips as u32),
+        Request::write(setting_address(1), 1),
+    ];
+    talk.extend(
+        (0..=bit).flat_map(|bit| [Request::Wait { clocks: scan << bit.saturating_sub(1) }, read]),
+    );
+    Talk::new(talk, scan << bit)
+}
+
 /// Writes in the very clock of what the hardware does.
 fn meets(plan: &RegisterPlan, scan: u64, meeting: Meeting) -> Talk {
     // Chance has its part: whether the read comes soon enough, and whether a result was taken.
@@ -149,11 +182,9 @@ fn meets(plan: &RegisterPlan, scan: u64, meeting: Meeting) -> Talk {
         [Request::Meet { event, address, data, within }, Request::Read { address }]
     };
     if event == HardwareEvent::TargetLost {
-        let mut talk = patient_windows(plan, scan);
-        // In place of the wait at its end.
-        talk.requests.pop();
-        talk.requests.extend(talk_of(talk.clocks));
-        return Talk { clocks: talk.clocks + 200, ..talk };
+        let talk = patient_windows(plan, scan);
+        let meets = talk_of(talk.clocks);
+        return talk.then(meets);
     }
     let least = plan.least_chips as u32;
     let most = (1u32 << plan.chips_bits) - 1;
@@ -202,8 +233,20 @@ fn patient_windows(plan: &RegisterPlan, scan: u64) -> Talk {
     hits.extend(vec![Hits::AllSteps { up: false }; (windows * steps) as usize]);
     let clocks = (windows + LIT_SCANS) * (scan + steps * plan.least_chips);
     let mut talk = short_scans(plan);
-    talk.extend([on, Request::Wait { clocks }]);
+    talk.push(on);
     Talk { hits, ..Talk::new(talk, clocks) }
+}
+
+/// Reads of what is told of a target, one at least in each window with steps of so many chips, for so many clocks.
+fn looks(plan: &RegisterPlan, chips: u64, clocks: u64) -> Vec<Request> {
+    let window = plan.track.as_ref().map_or(0, |track| track.window_steps() * chips);
+    let pause = window / 2;
+    let look = [
+        Request::Read { address: STATUS },
+        Request::Read { address: plan.position_address() },
+        Request::Wait { clocks: pause },
+    ];
+    look.repeat((clocks / pause.max(1)) as usize)
 }
 
 /// A target with light, and then windows with less and less of it until the threshold is between.
@@ -232,12 +275,12 @@ fn dim_windows(plan: &RegisterPlan, scan: u64, extreme: Extreme) -> Talk {
     }
     let windows = 6 * counts.len() as u64 + LIT_SCANS;
     let clocks = windows * (scan + steps * chips);
-    let mut talk = vec![
+    let talk = vec![
         Request::write(setting_address(0), chips as u32),
         Request::write(setting_address(1), 2),
+        on,
     ];
-    talk.extend([on, Request::Wait { clocks }]);
-    Talk { hits, ..Talk::new(talk, clocks) }
+    Talk { hits, ..Talk::new(talk, clocks) }.then(looks(plan, chips, clocks))
 }
 
 /// Scans of two steps, as short as may be.
