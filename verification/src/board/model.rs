@@ -25,6 +25,8 @@ use crate::wire::{Packing, ScanSums, Sent};
 const CELLS: &str = "cells.v";
 const TOP: &str = "simulated_board";
 const HEADER: &str = "simulated_board.h";
+/// Most results of a scan that is sent whole: they take the line's time.
+pub(super) const MOST_PLACES: u64 = 1 << 14;
 /// Most clocks of scans whose sums are there to be lost.
 const MOST_CLOCKS_OF_LOSSES: u64 = 1 << 20;
 /// Two losses of so many results go round the number of those that are lost.

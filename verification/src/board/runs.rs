@@ -7,7 +7,7 @@ use goldtof_wire::{
 use rand::RngExt as _;
 
 use super::maker::{Maker, SILENCE};
-use super::model::{Facts, HALF_ROUND};
+use super::model::{Facts, HALF_ROUND, MOST_PLACES};
 use super::own_core::whole;
 use super::script::{BoardScript, ExpectedAnswer, HITS_OF_BLOCK, Moment};
 use crate::cosim::error::CosimError;
@@ -240,7 +240,8 @@ fn too_fast(facts: &Facts, seed: u64) -> BoardScript {
     let at_once = depth - 48;
     maker.offer(at_once, |rng, number| u64::from(number > 0 && rng.random_range(0..8) == 0));
     let mut due = 0.0_f64;
-    let in_time = MOST_RESULTS_OF_A_FRAME as usize;
+    // As long as the sensor's own scans.
+    let in_time = facts.results_of_scan.clamp(MOST_RESULTS_OF_A_FRAME, MOST_PLACES) as usize;
     maker.offer(in_time, |_, _| {
         let before = due;
         due += chips / 0.97;
@@ -274,9 +275,17 @@ fn too_fast(facts: &Facts, seed: u64) -> BoardScript {
             _ => rng.random_range(0.0..chips) as u64,
         });
     }
+    // Short scans that come a hundred times too fast: one is taken as soon as the FIFO is half empty, and the next ones fill it. Before
+    // its mark has left it is half empty again, but the loss behind the mark may not be marked yet.
+    const TIMES_TOO_FAST: usize = 100;
+    for _ in 0..depth * TIMES_TOO_FAST / 4 * 11 / 10 {
+        maker.offer(4, |rng, _| rng.random_range(0.0..2.0 * chips / TIMES_TOO_FAST as f64) as u64);
+    }
     // A loss is told with the result that comes next: the last scan comes late enough to be taken.
     maker.script.scans.push((maker.script.offers.len(), true));
     maker.offer(20, |_, number| if number == 0 { drained(0.66) } else { 0 });
+    // Not before the results that just fit.
+    maker.pause((1.1 * facts.bits_of_results(in_time as u64)) as u32);
     ask_seldom(&mut maker);
     maker.made()
 }
