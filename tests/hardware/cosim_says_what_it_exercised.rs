@@ -275,7 +275,7 @@ fn every_cover_point_is_reached_where_steps_and_scans_can_be_shortened() {
         let (missed, clocks) = left_out(&interface, means);
         // Of the number of scans the highest bits alone are out of reach.
         let is_hindered = |&point: &CoverPoint| {
-            matches!(point.what, Happening::Registers(RegisterPoint::ScansCounted { bit: 13.. }))
+            matches!(point.what, Happening::Registers(RegisterPoint::ScansCounted { bit: 11.. }))
                 && Adversarial::hindrance(&interface, means, point).is_some()
         };
         assert!(missed.iter().all(is_hindered), "{file}: {missed:?}");

@@ -235,6 +235,13 @@ pub const REGISTERS: &[Fault] = &[
     ("register_file.v", "&s_axil_wstrb", "|s_axil_wstrb"),
     ("register_file.v", "to_setting_r | to_state_r", "to_setting_r"),
     ("register_file.v", "read_error_r <= ~of_register_r", "read_error_r <= ~of_word_r"),
+    // A word that changes while it waits for the host.
+    (
+        "register_file.v",
+        "end else if (s_axil_rready) begin",
+        "end else if (s_axil_rvalid & ~s_axil_rready & (s_axil_rdata[31:16] + 16'd1 == scans_r)) begin \
+         s_axil_rdata <= state; end else if (s_axil_rready) begin",
+    ),
     ("register_file.v", "s_axil_arready <= read_r & ~i_takes", "s_axil_arready <= read_r"),
     ("register_file.v", "& ~s_axil_awready & ~s_axil_bvalid", "& ~s_axil_awready"),
     ("register_file.v", "s_axil_rdata <= state;", "s_axil_rdata <= word_r;"),
@@ -244,7 +251,7 @@ pub const REGISTERS: &[Fault] = &[
     ("register_file.v", "s_axil_wdata[5:3]", "{s_axil_wdata[5:4], s_axil_wdata[4]}"),
     ("register_file.v", "lost_r <= lost_r + 8'd1", "lost_r <= lost_r + 8'd2"),
     ("register_file.v", "scans_r <= scans_r + 16'd1", "scans_r <= scans_r"),
-    ("register_file.v", "scans_r <= scans_r + 16'd1", "scans_r <= (scans_r + 16'd1) & 16'h0fff"),
+    ("register_file.v", "scans_r <= scans_r + 16'd1", "scans_r <= (scans_r + 16'd1) & 16'h07ff"),
     // The memory is kept in reset, and by the address of the write.
     ("register_memory.v", "i_write & ~i_rst", "1'b0"),
     ("register_memory.v", "words[i_write_address] <= i_data", "words[i_address] <= i_data"),

@@ -510,10 +510,19 @@ impl RegisterModel {
         for (at, is_there, is_taken, channel) in responses {
             if is_there && is_taken {
                 let is_long = std::mem::take(&mut self.seen.waited[at]) >= LONG_STALL;
+                // A word that waits stays what it was, whatever it would read as by now.
+                let is_old = channel != Channel::Read || self.shows_old_state(state);
+                let is_long = is_long && is_old;
                 self.seen.points.extend(is_long.then_some(RegisterPoint::Stalled { channel }));
             }
             self.seen.waited[at] += u32::from(is_there && !is_taken);
         }
+    }
+
+    /// Whether the word that was read is of the state, which is another one by now.
+    fn shows_old_state(&self, state: u32) -> bool {
+        let is_state = matches!(self.seen.read, Some(RegisterKind::Control | RegisterKind::Status));
+        is_state && self.shown.read_data != state
     }
 
     /// Marks the numbers for which what is read at an address would be another word.

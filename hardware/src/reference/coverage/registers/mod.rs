@@ -474,7 +474,7 @@ impl PointFamily for RegisterPoint {
                     Channel::WriteAddress => "a write whose address is long in coming",
                     Channel::WriteData => "a write whose data are long in coming",
                     Channel::WriteResponse => "the response to a write that waits for long",
-                    Channel::Read => "the response to a read that waits for long",
+                    Channel::Read => "a read of flags that waits for long, while they change",
                 };
                 transfer.to_owned()
             }

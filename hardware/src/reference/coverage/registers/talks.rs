@@ -135,10 +135,10 @@ const LONGEST_STALL: u32 = 2 * LONG_STALL;
 
 /// Writes and a read of which one transfer is stalled for long.
 fn stalls(channel: Channel) -> Vec<Request> {
-    let address = setting_address(1);
     let transfer = match channel {
-        Channel::Read => Request::Read { address },
-        _ => Request::write(address, 2),
+        // Scans go on, and are counted.
+        Channel::Read => Request::Read { address: STATUS },
+        _ => Request::write(setting_address(1), 2),
     };
     let stall = |clocks| [Request::Stall { channel, clocks }, transfer];
     [LONG_STALL, LONGEST_STALL].into_iter().flat_map(stall).collect()
