@@ -280,10 +280,7 @@ pub(super) fn text(report: &Report) -> String {
 
 /// The verdict with its score, in one line.
 pub(super) fn score(report: &Report) -> String {
-    format!(
-        "score: {}, {} of {} cover points reached, {} clocks\n",
-        report.verdict, report.coverage.covered, report.coverage.points, report.clocks
-    )
+    format!("score: {}, {}, {} clocks\n", report.verdict, report.coverage.score(), report.clocks)
 }
 
 /// The difference at each port, and a hint at `--latency auto`.

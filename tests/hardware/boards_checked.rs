@@ -187,11 +187,12 @@ fn faults_round_the_core_are_found() {
             ),
             ("async_fifo.v", "write_told_r <= write_r;", "write_told_r <= write_r + 1'b1;"),
             ("result_writer.v", "lost_r <= lost_r + 16'd1", "lost_r[14:0] <= lost_r[14:0] + 15'd1"),
+            ("result_writer.v", "!i_half_full && i_gap_taken == gap_r", "!i_half_full"),
             ("crc32.v", "32'hEDB88320", "32'hEDB88321"),
             ("framer.v", "(first || !is_gap)", "1'b1"),
             ("framer.v", "{sum, sequence_r[7:1]}", "{1'b0, sum, sequence_r[6:1]}"),
             ("request_receiver.v", "|| i_silence || i_broken", "|| i_silence"),
-            ("uart_receiver.v", "CLOCKS_PER_BIT / 2 - 1", "CLOCKS_PER_BIT - 1"),
+            ("uart_receiver.v", "CLOCKS_PER_BIT / 2 - 1", "CLOCKS_PER_BIT / 4 - 1"),
             ("bridge_reset.v", "uart_meta_r <= ask_r", "uart_meta_r <= 1'b0"),
             ("board_top.v", "negedge ready", "posedge ready"),
             ("board_top.v", ".m_axil_araddr (araddr)", ".m_axil_araddr ()"),
@@ -226,6 +227,8 @@ fn faults_round_the_core_are_found() {
             ),
             ("result_accumulator.v", "is_last_scan || !is_last_place ?", "is_last_scan ?"),
             ("result_accumulator.v", "(sum_place_r)", "(word_place_r)"),
+            ("result_writer.v", "lost_r <= lost_r + 16'd1", "lost_r[14:0] <= lost_r[14:0] + 15'd1"),
+            ("uart_receiver.v", "CLOCKS_PER_BIT / 2 - 1", "CLOCKS_PER_BIT / 4 - 1"),
         ],
     );
 }

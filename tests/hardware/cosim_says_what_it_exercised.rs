@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use goldtof::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
 use goldtof::reference::blocks::{Block, BlockMaker};
-use goldtof::reference::coverage::CoverPoint;
+use goldtof::reference::coverage::{CoverPoint, Happening, RegisterPoint};
 use goldtof::reference::exercise::{DetectorExercised, Exercised};
 use goldtof::reference::predictor::ReferenceModel;
 use goldtof::scene;
@@ -271,8 +271,14 @@ fn every_cover_point_is_reached_where_steps_and_scans_can_be_shortened() {
         "tests/scenes/tracking-short.toml",
     ] {
         let interface = Interface::of(&scene::load(Path::new(file)).unwrap());
-        let (missed, clocks) = left_out(&interface, Means::cosim(true));
-        assert!(missed.is_empty(), "{file}: {missed:?}");
+        let means = Means::cosim(true);
+        let (missed, clocks) = left_out(&interface, means);
+        // Of the number of scans the highest bits alone are out of reach.
+        let is_hindered = |&point: &CoverPoint| {
+            matches!(point.what, Happening::Registers(RegisterPoint::ScansCounted { bit: 11.. }))
+                && Adversarial::hindrance(&interface, means, point).is_some()
+        };
+        assert!(missed.iter().all(is_hindered), "{file}: {missed:?}");
         assert!(clocks < 2_000_000, "{file}: {clocks}");
     }
 }

@@ -235,6 +235,13 @@ pub const REGISTERS: &[Fault] = &[
     ("register_file.v", "&s_axil_wstrb", "|s_axil_wstrb"),
     ("register_file.v", "to_setting_r | to_state_r", "to_setting_r"),
     ("register_file.v", "read_error_r <= ~of_register_r", "read_error_r <= ~of_word_r"),
+    // A word that changes while it waits for the host.
+    (
+        "register_file.v",
+        "end else if (s_axil_rready) begin",
+        "end else if (s_axil_rvalid & ~s_axil_rready & (s_axil_rdata[31:16] + 16'd1 == scans_r)) begin \
+         s_axil_rdata <= state; end else if (s_axil_rready) begin",
+    ),
     ("register_file.v", "s_axil_arready <= read_r & ~i_takes", "s_axil_arready <= read_r"),
     ("register_file.v", "& ~s_axil_awready & ~s_axil_bvalid", "& ~s_axil_awready"),
     ("register_file.v", "s_axil_rdata <= state;", "s_axil_rdata <= word_r;"),
@@ -244,6 +251,7 @@ pub const REGISTERS: &[Fault] = &[
     ("register_file.v", "s_axil_wdata[5:3]", "{s_axil_wdata[5:4], s_axil_wdata[4]}"),
     ("register_file.v", "lost_r <= lost_r + 8'd1", "lost_r <= lost_r + 8'd2"),
     ("register_file.v", "scans_r <= scans_r + 16'd1", "scans_r <= scans_r"),
+    ("register_file.v", "scans_r <= scans_r + 16'd1", "scans_r <= (scans_r + 16'd1) & 16'h07ff"),
     // The memory is kept in reset, and by the address of the write.
     ("register_memory.v", "i_write & ~i_rst", "1'b0"),
     ("register_memory.v", "words[i_write_address] <= i_data", "words[i_address] <= i_data"),
@@ -288,6 +296,13 @@ pub const TRACKING: &[Fault] = &[
         "{i_target_lost, i_refused, i_lost}",
         "{i_target_lost & ~(writes & to_state_r & s_axil_awaddr[2]), i_refused, i_lost}",
     ),
+    // Ends of numbers that windows need not show.
+    (
+        "target_tracker.v",
+        "threshold_r <= i_word[6:4]",
+        "threshold_r <= i_word[6:4] - {2'd0, &i_word[6:4]}",
+    ),
+    ("target_tracker.v", "gain_r <= i_word[3:1]", "gain_r <= i_word[3:1] - {2'd0, &i_word[3:1]}"),
     ("target_tracker.v", "threshold_r <= i_word[6:4]", "threshold_r <= i_word[5:3]"),
     ("target_tracker.v", "patience_r <= i_word[10:7]", "patience_r <= {1'b0, i_word[9:7]}"),
     ("target_tracker.v", "if (i_refused) waits_r <= 1'b0", "if (i_refused) waits_r <= waits_r"),
@@ -428,6 +443,12 @@ pub const HISTOGRAM: &[Fault] = &[
     // Adders: the wrong sample, no clamp, a sum that begins at the wrong time.
     ("bin_adder.v", "i_hits & i_early", "i_hits"),
     ("bin_adder.v", "sum_r <= chosen_r;", "sum_r <= 2'd0;"),
+    // A bin that is full, but not flagged where the memories change places.
+    (
+        "bin_adder.v",
+        "o_clamped <= |hit_r[7:6]",
+        "o_clamped <= (|hit_r[7:6]) & ~(hit_r[6] & i_half & ~i_held_half)",
+    ),
     ("bin_adder.v", "if (i_held_half)", "if (i_come_half)"),
     ("bin_adder.v", "if (i_held_first)", "if (i_added_first)"),
     // Control: rows, code periods, frames, the reader.

@@ -16,6 +16,8 @@ pub struct Coverage {
     pub points: usize,
     /// Those that were covered.
     pub covered: usize,
+    /// Those that were not, and that the stimulus cannot cover in such a run: each has its reason.
+    pub out_of_reach: usize,
     /// By what they belong to.
     pub families: Vec<FamilyCoverage>,
     /// Points that were not covered.
@@ -79,6 +81,7 @@ impl Coverage {
         Coverage {
             points: table.points().len(),
             covered: covered.count(),
+            out_of_reach: not_covered.iter().filter(|missed| missed.reason.is_some()).count(),
             families,
             not_covered,
             unreachable: unreachable
@@ -87,6 +90,15 @@ impl Coverage {
                     reason: Some((*reason).to_owned()),
                 })
                 .collect(),
+        }
+    }
+
+    /// How many were covered, of how many, and how many are out of reach.
+    pub fn score(&self) -> String {
+        let score = format!("{} of {} cover points reached", self.covered, self.points);
+        match self.out_of_reach {
+            0 => score,
+            some => format!("{score}, {some} out of reach"),
         }
     }
 

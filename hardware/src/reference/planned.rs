@@ -71,6 +71,13 @@ pub(super) enum Hits {
         detector: DetectorIndex,
         lane: u64,
     },
+    /// On this lane of the word so many clocks before a frame's last, and of as many code periods before as fill its bin:
+    /// with the last one the bin is beyond its limit.
+    BeyondLimitAtEnd {
+        detector: DetectorIndex,
+        lane: u64,
+        age: u64,
+    },
     /// Where the step has one sign, as many as there can be.
     OneSided {
         step: u64,

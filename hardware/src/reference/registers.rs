@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::canvas::Canvas;
-use super::coverage::{First, LONG_STALL, Meeting, RegisterKind, RegisterPoint};
+use super::coverage::{First, LONG_STALL, Meeting, RegisterKind, RegisterPoint, TrackPoint};
 use super::host::{Channel, HardwareEvent};
 use super::host_ports::{HostInputs, HostOutputs};
 use crate::sensor::interface::Interface;
@@ -37,6 +37,22 @@ pub(super) enum ScanEvent {
     },
     /// A target was lost.
     TargetLost,
+    /// What would have been told of the last window by other numbers; before a target that is lost with it.
+    Decided(Vec<Rival>),
+}
+
+/// What would be told of a target that is followed by other numbers: a word that is read and differs from it proves a cover
+/// point.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Rival {
+    /// The point.
+    pub(super) point: TrackPoint,
+    /// Phase step and fraction.
+    pub(super) position: u32,
+    /// The window had its light.
+    pub(super) locked: bool,
+    /// The target is lost.
+    pub(super) lost: bool,
 }
 
 impl ScanEvent {
@@ -46,7 +62,10 @@ impl ScanEvent {
             ScanEvent::Lost => Some(HardwareEvent::Loss),
             ScanEvent::Clamped => Some(HardwareEvent::Clamp),
             ScanEvent::TargetLost => Some(HardwareEvent::TargetLost),
-            ScanEvent::ScanCounted | ScanEvent::Peaks(_) | ScanEvent::Tracked { .. } => None,
+            ScanEvent::ScanCounted
+            | ScanEvent::Peaks(_)
+            | ScanEvent::Tracked { .. }
+            | ScanEvent::Decided(_) => None,
         }
     }
 }
@@ -121,6 +140,8 @@ struct Seen {
     waited: [u32; 3],
     /// The write was long in coming, whose response is to show that it was taken.
     stalled: Option<Channel>,
+    /// What other numbers would have told, as long as what was told stands.
+    rivals: Vec<Rival>,
 }
 
 impl RegisterModel {
@@ -241,7 +262,7 @@ impl RegisterModel {
                     self.meet(clock, None, 0, Sequence::default());
                     self.hear(clock);
                 }
-                self.locked &= self.go();
+                self.follow(self.go());
                 self.target = None;
                 self.show(clock..until, expected);
                 clock = until;
@@ -324,17 +345,27 @@ impl RegisterModel {
                 self.saturated &= keeps(state::SATURATED);
                 self.refused &= keeps(state::REFUSED);
                 self.target_lost &= keeps(state::LOCK_LOST);
+                if !keeps(state::LOCK_LOST) {
+                    self.seen.rivals.clear();
+                }
             }
             None => {}
         }
         self.refused |= sequence.refused;
         self.hear(clock);
-        // A target is followed as long as scans are wanted.
-        self.locked &= goes;
+        self.follow(goes);
         let whole = host.write_strobe == 0xf;
         self.target = self.target_at(host.write_address.into()).filter(|_| whole);
         self.shown.write_ready = self.write;
         self.shown.read_address_ready = self.fetched.is_some();
+    }
+
+    /// A target is followed as long as scans are wanted.
+    fn follow(&mut self, goes: bool) {
+        self.locked &= goes;
+        if !goes {
+            self.seen.rivals.clear();
+        }
     }
 
     /// Notes what the hardware does in a clock, and what a write does in the same.
@@ -371,6 +402,12 @@ impl RegisterModel {
                 ScanEvent::Tracked { position, locked } => {
                     self.position = position.unwrap_or(self.position);
                     self.locked = locked;
+                    self.seen.rivals.clear();
+                }
+                ScanEvent::Decided(mut rivals) => {
+                    // The flag stays until it is cleared.
+                    rivals.iter_mut().for_each(|rival| rival.lost |= self.target_lost);
+                    self.seen.rivals = rivals;
                 }
                 ScanEvent::TargetLost => self.target_lost = true,
             }
@@ -424,11 +461,15 @@ impl RegisterModel {
         if self.fetched.is_some() {
             let of = self.place(host.read_address.into());
             self.seen.read = Some(of);
+            self.prove_numbers(host.read_address.into());
             if matches!(of, RegisterKind::Control | RegisterKind::Status) {
                 let met = self.seen.met.take().filter(|meeting| state >> meeting.bit & 1 == 1);
                 self.seen.points.extend(met.map(|meeting| RegisterPoint::Met { meeting }));
                 let is_round = std::mem::take(&mut self.seen.lost_goes_round);
                 self.seen.points.extend(is_round.then_some(RegisterPoint::LostGoesRound));
+                let counted = (0..SCANS_BITS).filter(|bit| state >> (state::SCANS + bit) & 1 == 1);
+                let counted = counted.map(|bit| RegisterPoint::ScansCounted { bit });
+                self.seen.points.extend(counted);
                 for bit in [state::OVERRUN, state::SATURATED, state::REFUSED, state::LOCK_LOST] {
                     let is_set = state >> bit & 1 == 1;
                     if is_set {
@@ -469,10 +510,30 @@ impl RegisterModel {
         for (at, is_there, is_taken, channel) in responses {
             if is_there && is_taken {
                 let is_long = std::mem::take(&mut self.seen.waited[at]) >= LONG_STALL;
+                // A word that waits stays what it was, whatever it would read as by now.
+                let is_old = channel != Channel::Read || self.shows_old_state(state);
+                let is_long = is_long && is_old;
                 self.seen.points.extend(is_long.then_some(RegisterPoint::Stalled { channel }));
             }
             self.seen.waited[at] += u32::from(is_there && !is_taken);
         }
+    }
+
+    /// Whether the word that was read is of the state, which is another one by now.
+    fn shows_old_state(&self, state: u32) -> bool {
+        let is_state = matches!(self.seen.read, Some(RegisterKind::Control | RegisterKind::Status));
+        is_state && self.shown.read_data != state
+    }
+
+    /// Marks the numbers for which what is read at an address would be another word.
+    fn prove_numbers(&mut self, address: u32) {
+        let (locked, target_lost, position) = (self.locked, self.target_lost, self.position);
+        let differs = |rival: &&Rival| match address & !3 {
+            CONTROL | STATUS => (rival.locked, rival.lost) != (locked, target_lost),
+            address => address == self.plan.position_address() && rival.position != position,
+        };
+        let proven = self.seen.rivals.iter().filter(differs).map(|rival| rival.point);
+        self.seen.points.extend(proven.map(|what| RegisterPoint::Tracked { what }));
     }
 
     /// What an address is of.

@@ -232,7 +232,7 @@ impl Page<'_> {
             points.iter().map(row).collect()
         };
         let lists =
-            [("Not covered", &coverage.not_covered), ("Out of reach", &coverage.unreachable)];
+            [("Not covered", &coverage.not_covered), ("Cannot be covered", &coverage.unreachable)];
         html! {
             (values(&rows))
             @for (title, points) in lists.into_iter().filter(|(_, points)| !points.is_empty()) {

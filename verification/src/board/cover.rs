@@ -3,7 +3,7 @@
 use goldtof_wire::REQUEST_BYTES;
 use serde::Serialize;
 
-use super::model::Facts;
+use super::model::{Facts, MOST_PLACES};
 
 /// A situation that shows whether a board is right.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
@@ -28,10 +28,13 @@ const OF_BYTES: [(&str, usize); 3] = [
 /// Hits of a sample beyond what half of its counter holds.
 pub(super) const MANY_HITS: &str = "more than 65535 hits of a sample are counted";
 
+/// A place that the last result of the sensor's own scans has.
+pub(super) const LAST_PLACE: &str = "a place as large as the sensor's scans have";
+
 /// A situation, and the boards on which it has to come up.
 type Point = (&'static str, fn(&Facts) -> bool);
 
-const POINTS: [Point; 32] = [
+const POINTS: [Point; 33] = [
     ("a pause within a request", |_| true),
     ("a request of an unknown kind", |_| true),
     ("a request while one is answered", |_| true),
@@ -51,12 +54,15 @@ const POINTS: [Point; 32] = [
     ("the sequence number has its top bit", |_| true),
     ("the sequence number goes round", |facts| facts.sums.is_none()),
     ("places beyond 8 bits", |facts| facts.sums.is_none() || facts.results_of_scan > 256),
+    (LAST_PLACE, |facts| {
+        facts.loses() && facts.sums.is_none() && facts.results_of_scan <= MOST_PLACES
+    }),
     ("the FIFO's places go round", |facts| facts.sums.is_none()),
     ("results are lost", Facts::loses),
     ("a scan is whole behind a loss", Facts::loses),
     ("a scan is lost with the FIFO more than half full", Facts::loses),
     ("a scan is taken with the FIFO less than half full", Facts::loses),
-    ("the number of lost results goes round", Facts::loses),
+    ("the number of lost results goes round", Facts::loses_a_round),
     ("the core waits for the line", |facts| facts.packing.waits),
     ("o_overrun is told", |_| true),
     ("o_saturated is told", |facts| facts.has_saturated),

@@ -8,7 +8,7 @@ use goldtof_wire::{
 };
 
 use super::BoardRun;
-use super::cover::{Cover, MANY_HITS};
+use super::cover::{Cover, LAST_PLACE, MANY_HITS};
 use super::model::{BoardOutcome, Facts};
 use super::script::{BoardScript, Era, ExpectedAnswer, HITS_OF_BLOCK, Moment, Offer};
 
@@ -552,6 +552,9 @@ impl Results<'_> {
             self.at += 1;
             if place > 255 {
                 cover.reach("places beyond 8 bits");
+            }
+            if place + 1 >= facts.results_of_scan {
+                cover.reach(LAST_PLACE);
             }
         }
         match frame.results.len() {

@@ -15,8 +15,8 @@ use super::model::Facts;
 use super::script::{BoardScript, Era, ExpectedAnswer, Offer};
 use crate::wire::ScanSums;
 
-/// Bits of silence that end a torn request, and some more.
-pub(super) const SILENCE: u32 = 280;
+/// Bits of silence that end a torn request, 256, and some more: those of a fast host are shorter, and a reset takes some.
+pub(super) const SILENCE: u32 = 310;
 /// Addresses from here on are answered with an error, and keep nothing.
 const REFUSED: u16 = 0x800;
 /// And from here on with the one that says that there is no register.

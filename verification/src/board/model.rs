@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::fs;
+use std::ops::RangeInclusive;
 use std::process::{Command, Stdio};
 
 use goldtof_wire::{CRC_BYTES, Identity, Layout, Pace, RESULTS_HEADER_BYTES, Scans};
@@ -24,6 +25,12 @@ use crate::wire::{Packing, ScanSums, Sent};
 const CELLS: &str = "cells.v";
 const TOP: &str = "simulated_board";
 const HEADER: &str = "simulated_board.h";
+/// Most results of a scan that is sent whole: they take the line's time.
+pub(super) const MOST_PLACES: u64 = 1 << 14;
+/// Most clocks of scans whose sums are there to be lost.
+const MOST_CLOCKS_OF_LOSSES: u64 = 1 << 20;
+/// Two losses of so many results go round the number of those that are lost.
+pub(super) const HALF_ROUND: usize = 40_000;
 /// `ADDRESS_BITS` of the bridge's FIFO (hdl/bridge).
 const FIFO_ADDRESS_BITS: u32 = 10;
 
@@ -52,6 +59,8 @@ pub struct Facts {
     pub chips_per_bit: f64,
     /// Periods of the line's clock in a bit.
     pub clocks_per_bit: u32,
+    /// Lengths of a host's bits that the board has to receive, in bits of the line's nominal rate.
+    pub host_bits: RangeInclusive<f64>,
     /// Results of a scan.
     pub results_of_scan: u64,
 }
@@ -93,15 +102,32 @@ impl Facts {
             fifo_address_bits: sums.map_or(FIFO_ADDRESS_BITS, |sums| sums.fifo_address_bits),
             chips_per_bit: 1e12 / (project.chip_period_ps * f64::from(project.baud_hz)),
             clocks_per_bit: project.uart.clocks_per_bit,
+            host_bits: project.uart.host_bits(project.baud_hz),
             results_of_scan: identity.results_of_scan(),
         })
     }
 }
 
 impl Facts {
-    /// Whether results are dropped that the line is too slow for.
+    /// Whether results are dropped that the line is too slow for, and a run shows that.
     pub(super) fn loses(&self) -> bool {
-        !self.packing.waits && self.sums.is_none()
+        !self.packing.waits && self.sums.is_none_or(|sums| self.loses_sums(&sums))
+    }
+
+    /// Whether sums that come at once fill the FIFO so soon that hardly any of it has left by then.
+    pub(super) fn loses_sums(&self, sums: &ScanSums) -> bool {
+        let depth = 1 << self.fifo_address_bits;
+        let clocks = u64::from(sums.scans) * (depth + 3 * sums.results);
+        clocks <= MOST_CLOCKS_OF_LOSSES && 4.0 * clocks as f64 <= self.chips_of_results(depth)
+    }
+
+    /// Whether so many results are lost that their number goes round.
+    pub(super) fn loses_a_round(&self) -> bool {
+        let is_soon = |sums: ScanSums| {
+            let lost = 2 * HALF_ROUND as u64;
+            sums.results <= lost / 16 && u64::from(sums.scans) * lost <= MOST_CLOCKS_OF_LOSSES
+        };
+        self.loses() && self.sums.is_none_or(is_soon)
     }
 
     /// Bytes of a frame of so many results.

@@ -7,7 +7,7 @@ use goldtof_wire::{
 use rand::RngExt as _;
 
 use super::maker::{Maker, SILENCE};
-use super::model::Facts;
+use super::model::{Facts, HALF_ROUND, MOST_PLACES};
 use super::own_core::whole;
 use super::script::{BoardScript, ExpectedAnswer, HITS_OF_BLOCK, Moment};
 use crate::cosim::error::CosimError;
@@ -23,21 +23,26 @@ pub(super) struct PlannedRun {
 }
 
 /// All of them, those of the board's own core last.
-pub(super) const RUNS: [PlannedRun; 7] = [
+pub(super) const RUNS: [PlannedRun; 8] = [
     PlannedRun {
-        name: "requests, whole and torn, of a host that sends 2 % faster and reads slower",
+        name: "requests, whole and torn, of a host that sends as fast as a board may take, and reads slower",
         is_meant: |_| true,
         script: |_, facts, seed| Ok(torn_requests(facts, seed)),
     },
     PlannedRun {
-        name: "requests, whole and broken, of a host that sends 2 % slower and reads faster",
+        name: "requests, whole and broken, of a host that sends as slowly as a board may take, and reads faster",
         is_meant: |_| true,
         script: |_, facts, seed| Ok(broken_requests(facts, seed)),
     },
     PlannedRun {
         name: "results as fast as the line, and faster",
-        is_meant: Facts::loses,
+        is_meant: |facts| facts.loses() && facts.sums.is_none(),
         script: |_, facts, seed| Ok(too_fast(facts, seed)),
+    },
+    PlannedRun {
+        name: "sums of scans that come faster than the line",
+        is_meant: |facts| facts.sums.is_some_and(|sums| facts.loses_sums(&sums)),
+        script: |_, facts, seed| Ok(sums_too_fast(facts, seed)),
     },
     PlannedRun {
         name: "results of a core that waits for the line",
@@ -80,9 +85,25 @@ fn unknown_kinds(kind: u8) -> impl Iterator<Item = Round> {
     (0..8).map(move |bit| Round::Unknown(kind ^ 1 << bit))
 }
 
+/// How a host's rate is off.
+enum Pace {
+    Fast,
+    Slow,
+}
+
+/// Length of the bits of a host whose rate is off by nearly all that the board takes.
+fn sent_bit(facts: &Facts, pace: Pace) -> f64 {
+    let (shortest, longest) = (facts.host_bits.start(), facts.host_bits.end());
+    let margin = (longest - shortest) / 100.0;
+    match pace {
+        Pace::Fast => shortest + margin,
+        Pace::Slow => longest - margin,
+    }
+}
+
 fn torn_requests(facts: &Facts, seed: u64) -> BoardScript {
     let mut maker = Maker::new(facts, seed);
-    maker.script.rates = (0.98, 1.02);
+    maker.script.rates = (sent_bit(facts, Pace::Fast), 1.02);
     let mut rounds: Vec<Round> = (1..REQUEST_BYTES).map(Round::Cut).collect();
     rounds.extend((0..REQUEST_BYTES).map(Round::WrongBit));
     rounds.extend(unknown_kinds(REQUEST_READ));
@@ -104,7 +125,7 @@ fn torn_requests(facts: &Facts, seed: u64) -> BoardScript {
 
 fn broken_requests(facts: &Facts, seed: u64) -> BoardScript {
     let mut maker = Maker::new(facts, seed.wrapping_add(1));
-    maker.script.rates = (1.02, 0.98);
+    maker.script.rates = (sent_bit(facts, Pace::Slow), 0.98);
     let mut rounds: Vec<Round> = (1..REQUEST_BYTES).map(Round::Broken).collect();
     rounds.extend(unknown_kinds(REQUEST_WRITE));
     ask_in_rounds(&mut maker, rounds);
@@ -211,8 +232,6 @@ fn ask_in_rounds(maker: &mut Maker, mut rounds: Vec<Round>) {
 /// As many results as there is room for, and then no faster than the line; bursts and scans that the line is too slow
 /// for, which are lost scan by scan, and told.
 fn too_fast(facts: &Facts, seed: u64) -> BoardScript {
-    // Two losses of so many results go round the number of those that are lost.
-    const HALF_ROUND: usize = 40_000;
     let mut maker = Maker::new(facts, seed);
     let depth = 1_usize << facts.fifo_address_bits;
     let chips = maker.chips_per_result();
@@ -221,7 +240,8 @@ fn too_fast(facts: &Facts, seed: u64) -> BoardScript {
     let at_once = depth - 48;
     maker.offer(at_once, |rng, number| u64::from(number > 0 && rng.random_range(0..8) == 0));
     let mut due = 0.0_f64;
-    let in_time = MOST_RESULTS_OF_A_FRAME as usize;
+    // As long as the sensor's own scans.
+    let in_time = facts.results_of_scan.clamp(MOST_RESULTS_OF_A_FRAME, MOST_PLACES) as usize;
     maker.offer(in_time, |_, _| {
         let before = due;
         due += chips / 0.97;
@@ -255,15 +275,63 @@ fn too_fast(facts: &Facts, seed: u64) -> BoardScript {
             _ => rng.random_range(0.0..chips) as u64,
         });
     }
+    // Short scans that come a hundred times too fast: one is taken as soon as the FIFO is half empty, and the next ones fill it. Before
+    // its mark has left it is half empty again, but the loss behind the mark may not be marked yet.
+    const TIMES_TOO_FAST: usize = 100;
+    for _ in 0..depth * TIMES_TOO_FAST / 4 * 11 / 10 {
+        maker.offer(4, |rng, _| rng.random_range(0.0..2.0 * chips / TIMES_TOO_FAST as f64) as u64);
+    }
     // A loss is told with the result that comes next: the last scan comes late enough to be taken.
     maker.script.scans.push((maker.script.offers.len(), true));
     maker.offer(20, |_, number| if number == 0 { drained(0.66) } else { 0 });
-    // Few requests: an answer takes as long as twenty results.
-    maker.pause((20.0 * depth as f64 * facts.layout.result_bits() as f64 / 8.0) as u32);
+    // Not before the results that just fit.
+    maker.pause((1.1 * facts.bits_of_results(in_time as u64)) as u32);
+    ask_seldom(&mut maker);
+    maker.made()
+}
+
+/// Few requests while the line is full: an answer takes as long as twenty results.
+fn ask_seldom(maker: &mut Maker) {
+    let bits = maker.facts.layout.result_bits() << maker.facts.fifo_address_bits;
+    maker.pause((20.0 * bits as f64 / 8.0) as u32);
     for _ in 0..4 {
         let asked = maker.request(REQUEST_IDENTITY, 0);
         maker.ask(asked, MOST_RESULTS_OF_A_FRAME);
     }
+}
+
+/// Sums one after another until the FIFO is full, and longer: they are lost, one whole sum after another, and told behind a
+/// pause.
+fn sums_too_fast(facts: &Facts, seed: u64) -> BoardScript {
+    let mut maker = Maker::new(facts, seed);
+    let Some(sums) = facts.sums else {
+        return maker.made();
+    };
+    let (depth, results) = (1_usize << facts.fifo_address_bits, sums.results as usize);
+    // Until two thirds of the FIFO have left.
+    let drained = (0.66 * maker.chips_per_result() * depth as f64) as u64;
+    let mut offered = 0;
+    let mut offer = |maker: &mut Maker, count: usize, pause: u64| {
+        for scan in 0..count * sums.scans as usize {
+            let first = if scan == 0 { pause } else { 0 };
+            maker.offer(results, |_, number| if number == 0 { first } else { 0 });
+        }
+        offered += count * results;
+        offered
+    };
+    maker.script.may_lose_behind = Some(depth - 48);
+    let full = offer(&mut maker, depth.div_ceil(results) + 1, 0);
+    maker.script.scans.push((full, false));
+    let mut lost = offer(&mut maker, 1, 0);
+    let rounds = if facts.loses_a_round() { 2 } else { 0 };
+    for round in 0..=rounds {
+        maker.script.scans.push((lost, true));
+        offer(&mut maker, 1, drained);
+        if round < rounds {
+            lost = offer(&mut maker, (HALF_ROUND + depth) / results, 0);
+        }
+    }
+    ask_seldom(&mut maker);
     maker.made()
 }
 

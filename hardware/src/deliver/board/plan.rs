@@ -94,6 +94,21 @@ impl UartClock {
         Pace { baud, clocks_per_bit: self.clocks_per_bit }
     }
 
+    /// Lengths of a host's bits with which each byte is received, wherever its edges fall between the clock's, in bits of a
+    /// line of so many bits per second.
+    ///
+    /// `uart_receiver.v` looks at a byte's ten bits, of which it sees the first edge up to a clock late, half a bit behind
+    /// that edge and then once a bit. The last one, the stop bit, ends the range on both sides: a longer one has not begun
+    /// where it is looked for, a shorter one is over.
+    pub fn host_bits(self, baud: u32) -> std::ops::RangeInclusive<f64> {
+        let clocks = f64::from(self.clocks_per_bit);
+        let half = f64::from(self.clocks_per_bit / 2);
+        // In clocks from the edge.
+        let [shortest, longest] = [(half + 1.0 + 9.0 * clocks) / 10.0, (half + 9.0 * clocks) / 9.0];
+        let bits = f64::from(baud) / self.clock.hz();
+        shortest * bits..=longest * bits
+    }
+
     fn deviation(self, baud: u32) -> f64 {
         (self.baud() / f64::from(baud) - 1.0).abs()
     }
@@ -561,4 +576,64 @@ fn nanoseconds(ps: f64) -> f64 {
 
 fn rounded(value: f64) -> f64 {
     (value * 10.0).round() / 10.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CLOCKS_PER_BIT, Frequency, LEAST_CLOCKS_PER_BIT, UartClock};
+
+    /// With the worst of both: a stop bit behind a low bit, and a start bit right behind it.
+    const BYTES: [u8; 4] = [0x00, 0xff, 0x55, 0x2a];
+
+    /// What `uart_receiver.v` with so many clocks in a bit makes of the bytes, register by register: none without a stop
+    /// bit. Bits take `bit` clocks, and the first one begins `early` clocks before an edge.
+    fn received(clocks_per_bit: u32, bit: f64, early: f64) -> Vec<Option<u8>> {
+        let level = |clock: u32| {
+            let at = (f64::from(clock) + early - 40.0) / bit;
+            let slot = at.rem_euclid(10.0) as usize;
+            match BYTES.get((at / 10.0) as usize) {
+                Some(byte) if at >= 0.0 && slot < 9 => slot > 0 && byte >> (slot - 1) & 1 == 1,
+                _ => true,
+            }
+        };
+        let (mut meta, mut rx, mut busy, mut timer, mut slot) = (true, true, false, 0, 15_u8);
+        let (mut bytes, mut byte) = (Vec::new(), 0);
+        for clock in 0..60 * clocks_per_bit {
+            let (tick, start) = (timer == 0, !busy && !rx);
+            if busy && tick && slot < 8 {
+                byte |= u8::from(rx) << slot;
+            }
+            if busy && tick && slot == 8 {
+                bytes.push(rx.then_some(std::mem::take(&mut byte)));
+            }
+            timer = match (start, tick) {
+                (true, _) => clocks_per_bit / 2 - 1,
+                (_, true) => clocks_per_bit - 1,
+                _ => timer - 1,
+            };
+            let next_slot = if !busy { 15 } else { (slot + u8::from(tick)) % 16 };
+            busy = start || if tick && slot >= 8 { slot == 15 && !rx } else { busy };
+            (slot, rx, meta) = (next_slot, meta, level(clock));
+        }
+        bytes
+    }
+
+    #[test]
+    fn a_host_at_the_limits_is_received_and_none_beyond_them() {
+        let sent = BYTES.map(Some);
+        for clocks_per_bit in [LEAST_CLOCKS_PER_BIT, 5, 8, 9, 16, *CLOCKS_PER_BIT.end(), 50] {
+            let clock = Frequency::new(3_000_000 * u64::from(clocks_per_bit), 1);
+            let uart = UartClock { pll_divider: None, clock, clocks_per_bit };
+            let is_received = |bit: f64| {
+                let clocks = bit * f64::from(clocks_per_bit);
+                (0..100)
+                    .all(|early| received(clocks_per_bit, clocks, f64::from(early) / 100.0) == sent)
+            };
+            let limits = uart.host_bits(3_000_000);
+            for (limit, out) in [(*limits.start(), -0.002), (*limits.end(), 0.002)] {
+                assert!(is_received(limit - out), "{clocks_per_bit}: {limit}");
+                assert!(!is_received(limit + out), "{clocks_per_bit}: {limit}");
+            }
+        }
+    }
 }

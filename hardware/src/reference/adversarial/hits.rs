@@ -9,6 +9,7 @@ use crate::photons::Pulse;
 use crate::reference::planned::Hits;
 use crate::reference::predictor::{GroupSigns, ReferenceModel};
 use crate::scan::{Sample, Sampling};
+use crate::sensor::layout::mask;
 
 /// Most chips of a group that hits with an aim are looked for in.
 const MOST_CHIPS: u64 = 1 << 16;
@@ -182,6 +183,16 @@ impl<'a> GroupWords<'a> {
         match hits {
             Hits::EveryOther => self.singles(|_| true, out),
             Hits::Lane { lane, .. } => self.singles(|s| lane_of(s) == lane, out),
+            Hits::BeyondLimitAtEnd { lane, age, .. } => {
+                let plan = self.reference.interface().histogram()?;
+                let end = self.origin + plan.rows * plan.periods;
+                let periods = mask(plan.bin_bits) + 1;
+                let is_wanted = |s| {
+                    let behind = end - 1 - self.sampling.clock_of(s);
+                    lane_of(s) == lane && behind % plan.rows == age && behind / plan.rows < periods
+                };
+                self.singles(is_wanted, out);
+            }
             Hits::OneSided { step, up } => self.singles(|s| self.counts_up(step, s) == up, out),
             Hits::AllSteps { up } => {
                 let all = |s| {
@@ -291,6 +302,7 @@ impl Hits {
         match self {
             Hits::One { detector, .. }
             | Hits::Lane { detector, .. }
+            | Hits::BeyondLimitAtEnd { detector, .. }
             | Hits::Count { detector, .. }
             | Hits::Total { detector, .. } => Some(detector),
             _ => None,

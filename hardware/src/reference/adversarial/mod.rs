@@ -572,6 +572,7 @@ impl Hits {
             Hits::Random
                 | Hits::EveryOther
                 | Hits::Lane { .. }
+                | Hits::BeyondLimitAtEnd { .. }
                 | Hits::OneSided { .. }
                 | Hits::AllSteps { .. }
         )

@@ -3,7 +3,7 @@
 use super::{Hindered, PointFamily};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, PlannedGroup};
-use crate::sensor::histogram::HistogramPlan;
+use crate::sensor::histogram::{CLOCKS_TO_FLAG, CLOCKS_TO_TURN, HistogramPlan};
 
 /// What a detector's histogram does. Lanes are samples of a word; adders serve neighbouring lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -57,6 +57,13 @@ pub enum BinPoint {
         /// Adder.
         adder: u32,
     },
+    /// The same so near to a frame's end that words of the next one have come before the flag.
+    ClampedAtEnd {
+        /// Clocks from its word to the frame's last.
+        age: u32,
+        /// The memory that counts.
+        memory: usize,
+    },
 }
 
 /// Those of a detector.
@@ -84,6 +91,11 @@ pub(super) fn points(plan: &HistogramPlan) -> Vec<Hindered<BinPoint>> {
         if plan.saturates() {
             points.push((BinPoint::Clamped { adder }, None));
         }
+    }
+    let ages = if plan.saturates() { 0..CLOCKS_TO_FLAG - CLOCKS_TO_TURN } else { 0..0 };
+    for memory in 0..if plan.takes_turns() { 2 } else { 1 } {
+        let at_end = ages.clone().map(|age| (BinPoint::ClampedAtEnd { age, memory }, None));
+        points.extend(at_end);
     }
     // Without a second sample a word after one with a hit has none.
     points.push((BinPoint::FullRow, None));
@@ -116,6 +128,9 @@ impl PointFamily for BinPoint {
             BinPoint::Clamped { adder } => {
                 format!("a bin of adder {adder} alone beyond its limit")
             }
+            BinPoint::ClampedAtEnd { age, memory } => format!(
+                "a bin alone beyond its limit {age} clocks before the last word of a frame in memory {memory}"
+            ),
         }
     }
 
@@ -142,6 +157,18 @@ impl PointFamily for BinPoint {
             BinPoint::Carry { adder, .. } => vec![fresh.with(of_adder(adder))],
             BinPoint::Clamped { adder } => {
                 vec![fresh.with(Hits::None), plain().with(of_adder(adder))]
+            }
+            BinPoint::ClampedAtEnd { age, memory } => {
+                let at_end = Hits::BeyondLimitAtEnd {
+                    detector: maker.detector,
+                    // Each has its turn.
+                    lane: (age % plan.row_bins).into(),
+                    age: age.into(),
+                };
+                // The first frame has memory 0.
+                let dark = std::iter::once(fresh).chain((memory..1).map(|_| plain()));
+                let dark = dark.map(|frame| frame.with(Hits::None));
+                dark.chain([plain().with(at_end)]).collect()
             }
             BinPoint::FullRow | BinPoint::Extra { .. } => vec![fresh.with(Hits::EveryOther)],
             BinPoint::Border { first } => {

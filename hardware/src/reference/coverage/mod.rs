@@ -31,7 +31,7 @@ pub use self::hits::HitPoint;
 pub use self::peaks::PeakPoint;
 pub(super) use self::registers::LONG_STALL;
 pub use self::registers::{
-    Extreme, First, Meeting, RegisterKind, RegisterPoint, ScanStart, TrackPoint,
+    Extreme, First, Meeting, RegisterKind, RegisterPoint, ScanStart, TrackNumber, TrackPoint,
 };
 pub use self::resets::{ResetPoint, ResetState};
 pub(super) use self::running::{CountedHit, Running};

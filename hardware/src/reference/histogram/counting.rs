@@ -47,7 +47,7 @@ impl HistogramModel {
                 let count = self.bins[detector][bin];
                 if count == limit {
                     self.was_clamped = true;
-                    self.flags.push_back((clock + u64::from(CLOCKS_TO_FLAG), detector, adder));
+                    self.flags.push_back((clock + u64::from(CLOCKS_TO_FLAG), detector, lane));
                     continue;
                 }
                 self.bins[detector][bin] += 1;

@@ -35,7 +35,7 @@ pub(super) struct HistogramModel {
     was_clamped: bool,
     /// Of each detector the lanes with a bin whose top bit has come to be set: bit n is lane n.
     tops: Vec<u64>,
-    /// Clocks after whose rising edge a bin's flag comes, with detector and adder.
+    /// Clocks after whose rising edge a bin's flag comes, with detector and lane.
     flags: VecDeque<(u64, DetectorIndex, u32)>,
     /// Frames that have ended and await their turn.
     ended: VecDeque<Ended>,
@@ -43,6 +43,8 @@ pub(super) struct HistogramModel {
     /// What the two memories held last, and which of them counts.
     memories: [Option<Vec<Vec<u64>>>; 2],
     half: usize,
+    /// The clock of the last frame's last word, and the memory that counted it.
+    last_end: Option<(u64, usize)>,
 }
 
 /// A frame whose last word has been presented.
@@ -77,6 +79,7 @@ impl HistogramModel {
             reader: Reader::default(),
             memories: [None, None],
             half: 0,
+            last_end: None,
         })
     }
 
@@ -98,6 +101,7 @@ impl HistogramModel {
         axis.now = AxisState::default();
         self.memories = [None, None];
         self.half = 0;
+        self.last_end = None;
     }
 
     /// ORs the stream's ports into the records of a stretch of clocks without reset.

@@ -7,7 +7,7 @@ use crate::reference::axis::{AxiStream, Beat};
 use crate::reference::coverage::{BinPoint, CoverPoint, GroupPosition, StreamPoint};
 use crate::reference::exercise::CountedHits;
 use crate::scene::DetectorIndex;
-use crate::sensor::histogram::CLOCKS_TO_ROW;
+use crate::sensor::histogram::{CLOCKS_TO_FLAG, CLOCKS_TO_ROW, CLOCKS_TO_TURN};
 
 /// A row that leaves a single memory.
 #[derive(Debug, Clone)]
@@ -49,12 +49,19 @@ impl HistogramModel {
     pub(super) fn raise_flag(&mut self, clock: u64, axis: &mut AxiStream) {
         let mut alone = None;
         let mut count = 0;
-        while let Some((_, detector, adder)) = self.flags.pop_front_if(|flag| flag.0 == clock) {
-            alone = Some((detector, adder));
+        while let Some((_, detector, lane)) = self.flags.pop_front_if(|flag| flag.0 == clock) {
+            alone = Some((detector, lane));
             count += 1;
         }
-        if let Some((detector, adder)) = alone.filter(|_| count == 1 && !axis.now.is_saturated) {
+        if let Some((detector, lane)) = alone.filter(|_| count == 1 && !axis.now.is_saturated) {
+            let adder = lane / self.plan.adder_samples;
             axis.mark(CoverPoint::of(detector, BinPoint::Clamped { adder }));
+            if let Some((end, memory)) = self.last_end
+                && let Some(age) = (end + u64::from(CLOCKS_TO_FLAG)).checked_sub(clock)
+            {
+                let age = age as u32;
+                axis.mark(CoverPoint::of(detector, BinPoint::ClampedAtEnd { age, memory }));
+            }
         }
         axis.now.is_saturated = true;
     }
@@ -103,6 +110,7 @@ impl HistogramModel {
     /// single memory its rows leave in any case.
     pub(super) fn turn(&mut self, mut ended: Ended, clock: u64, took: bool, axis: &mut AxiStream) {
         let is_busy = axis.now.is_valid || self.reader.reading.is_some();
+        self.last_end = Some((clock - u64::from(CLOCKS_TO_TURN), self.half));
         self.find_emptied(&mut ended);
         self.find_tops(&mut ended);
         self.memories[self.half] = Some(ended.bins.clone());

@@ -156,6 +156,17 @@ impl ReferenceModel {
             });
             *count += self.running.count((detector, step as usize), signed);
         }
+        if let Some(beside) = self.hosted.as_mut().and_then(|hosted| hosted.beside.as_mut()) {
+            let first = (first + period - beside.later(period)) % period;
+            let signs = GroupSigns { signs, sampling, origin: group_start, first };
+            let counts = &mut beside.counts[detector.0 * parallel as usize..][..parallel as usize];
+            for &hit in hits {
+                let signs = signs.at(hit);
+                for (step, count) in (0..parallel).zip(&mut *counts) {
+                    *count += if signs.count_up(step) { 1 } else { -1 };
+                }
+            }
+        }
         // Of the words with a hit the last two are what a reset may come upon.
         let word = sampling.clock_of(*last_hit);
         let before = hits.iter().rev().map(|&hit| sampling.clock_of(hit)).find(|&w| w != word);

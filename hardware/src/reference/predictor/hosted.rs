@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{ReferenceModel, ScanState, Surroundings};
 use crate::reference::canvas::Canvas;
 use crate::reference::coverage::registers::{extremes, taken};
-use crate::reference::coverage::{RegisterPoint, ScanStart};
+use crate::reference::coverage::{Extreme, RegisterPoint, ScanStart};
 use crate::reference::host::HardwareEvent;
 use crate::reference::host_ports::HostOutputs;
 use crate::reference::pattern::chip_patterns;
@@ -18,6 +18,10 @@ use crate::sensor::port::PortRole;
 use crate::sensor::registers::{CHIPS_AHEAD, Settings};
 
 use super::hosted_track::HostedTrack;
+
+/// Settings by their numbers.
+const GROUPS: usize = 1;
+const FIRST_STEP: usize = 2;
 
 /// No cycle of any run.
 pub(super) const NEVER: u64 = u64::MAX / 4;
@@ -46,8 +50,30 @@ pub(super) struct Hosted {
     /// Cover points that the next result with a hit proves, and those that the present scan's last one does.
     proves: Vec<RegisterPoint>,
     last_proves: Vec<RegisterPoint>,
+    /// Counts of the present group if its scan began one step from where it does, at an end of the code period.
+    pub(super) beside: Option<StepBeside>,
     /// What follows a target, if the hardware does.
     track: Option<HostedTrack>,
+}
+
+/// A scan that begins one step from the present one's first step, which is at an end of the code period: counts that
+/// differ prove that step.
+#[derive(Debug, Clone)]
+pub(super) struct StepBeside {
+    /// The end, whose cover point it is.
+    extreme: Extreme,
+    /// Counts of the present group, as [`ReferenceModel::counts`].
+    pub(super) counts: Vec<i64>,
+}
+
+impl StepBeside {
+    /// By how much its delay is larger, modulo a period of so many samples.
+    pub(super) fn later(&self, period: u64) -> u64 {
+        match self.extreme {
+            Extreme::Least => 1,
+            Extreme::Most => period - 1,
+        }
+    }
 }
 
 /// What the hardware is at.
@@ -77,6 +103,7 @@ impl Hosted {
             last_words: Vec::new(),
             proves: Vec::new(),
             last_proves: Vec::new(),
+            beside: None,
             track: interface.track().map(|plan| HostedTrack::new(*plan)),
         }))
     }
@@ -90,6 +117,7 @@ impl Hosted {
         self.start = None;
         self.proves.clear();
         self.last_proves.clear();
+        self.beside = None;
         if let Some(track) = &mut self.track {
             track.reset();
         }
@@ -114,6 +142,19 @@ impl Hosted {
             proven.append(&mut self.last_proves);
         }
         proven
+    }
+
+    /// A group has ended: whether its counts, as they are shown, prove the first step of its scan.
+    pub(super) fn compare_beside(&mut self, counts: &[i64], shown: impl Fn(i64) -> i64) {
+        let Some(beside) = &mut self.beside else {
+            return;
+        };
+        let pairs = counts.iter().zip(&beside.counts);
+        if pairs.into_iter().any(|(&one, &other)| shown(one) != shown(other)) {
+            self.proves
+                .push(RegisterPoint::Extreme { setting: FIRST_STEP, extreme: beside.extreme });
+        }
+        beside.counts.fill(0);
     }
 
     /// A scan's last word has come; its last counts are told at `clock`.
@@ -378,19 +419,24 @@ impl ReferenceModel {
         hosted.proves.extend(how);
         hosted.proves.extend(taken(&plan, &hosted.words, &hosted.last_words));
         hosted.last_proves.clear();
+        hosted.beside = None;
         let is_window = hosted.track.as_ref().is_some_and(HostedTrack::is_window);
         for (setting, extreme) in extremes(&plan, &hosted.words) {
             let point = RegisterPoint::Extreme { setting, extreme };
             match setting {
                 // A window has groups and first step of its own.
-                1 | 2 if is_window => {}
-                1 => hosted.last_proves.push(point),
+                GROUPS | FIRST_STEP if is_window => {}
+                GROUPS => hosted.last_proves.push(point),
+                FIRST_STEP => {
+                    let counts = vec![0; self.counts.len()];
+                    hosted.beside = Some(StepBeside { extreme, counts });
+                }
                 _ => hosted.proves.push(point),
             }
         }
         if let Some(track) = &mut hosted.track {
             let points = track.take_points().into_iter();
-            hosted.proves.extend(points.map(|what| RegisterPoint::Tracked { what }));
+            hosted.last_proves.extend(points.map(|what| RegisterPoint::Tracked { what }));
         }
         hosted.last_words.clone_from(&hosted.words);
         let interface = hosted.base.with_settings(&plan, settings);

@@ -1,10 +1,10 @@
 //! A target that is followed, from scan to scan of hardware whose host has turned that on.
 
-use crate::reference::coverage::{Extreme, TrackPoint};
-use crate::reference::registers::{RegisterModel, ScanEvent};
+use crate::reference::coverage::{Extreme, TrackNumber, TrackPoint};
+use crate::reference::registers::{RegisterModel, Rival, ScanEvent};
 use crate::reference::tracking::{Follower, WindowSums};
 use crate::sensor::registers::Settings;
-use crate::sensor::track::{CLOCKS_FROM_PEAK, PATIENCE_BITS, SHARE_BITS, TrackPlan};
+use crate::sensor::track::{CLOCKS_FROM_PEAK, PATIENCE_BITS, SHARE_BITS, TrackPlan, TrackSetting};
 
 /// The largest patience, and the most halvings of a share.
 const MOST_PATIENCE: u32 = (1 << PATIENCE_BITS) - 1;
@@ -27,7 +27,7 @@ pub(super) struct HostedTrack {
     /// another scan.
     counted_at: Option<u64>,
     waits: Waits,
-    /// Cover points that the next scan proves.
+    /// Cover points that the next scan proves when its last result shows.
     points: Vec<TrackPoint>,
 }
 
@@ -128,7 +128,6 @@ impl HostedTrack {
         let before = self.follower.clone();
         let is_lost = self.follower.counted(sums);
         self.points = points(&self.follower, sums, before.window(), is_lost);
-        self.points.extend(extremes(&before, sums, &self.follower, is_lost));
         let done = clock + u64::from(self.plan.decision_clocks());
         self.follows = setting.is_on && !is_lost;
         let position = self.follower.position().filter(|_| self.follows);
@@ -139,6 +138,9 @@ impl HostedTrack {
                 locked: self.follows && self.follower.is_locked(),
             },
         );
+        if setting.is_on {
+            registers.tell(done + 1, ScanEvent::Decided(rivals(&before, sums)));
+        }
         if setting.is_on && is_lost {
             registers.tell(done + 1, ScanEvent::TargetLost);
         }
@@ -191,34 +193,38 @@ fn points(
     points
 }
 
-/// What it shows of a setting at an end of its range: that another next to it would have decided otherwise.
-fn extremes(
-    before: &Follower,
-    sums: WindowSums,
-    after: &Follower,
-    is_lost: bool,
-) -> Vec<TrackPoint> {
-    let setting = before.setting;
-    let is_locked = after.is_locked();
-    let with_threshold = |threshold_halvings| {
-        let mut other = before.clone();
-        other.setting.threshold_halvings = threshold_halvings;
-        other.counted(sums);
-        other.is_locked()
+/// What would be told of a window's decision if a number at an end of its range were the one next to it.
+fn rivals(before: &Follower, sums: WindowSums) -> Vec<Rival> {
+    let TrackSetting { gain_halvings, threshold_halvings, patience, .. } = before.setting;
+    let of_share = |halvings| match halvings {
+        0 => Some((Extreme::Most, 1)),
+        MOST_HALVINGS => Some((Extreme::Least, MOST_HALVINGS - 1)),
+        _ => None,
     };
-    let [least, most] = [Extreme::Least, Extreme::Most];
-    let points = [
-        (is_lost && setting.patience == MOST_PATIENCE, TrackPoint::LostLast),
-        (
-            setting.threshold_halvings == MOST_HALVINGS
-                && is_locked
-                && !with_threshold(MOST_HALVINGS - 1),
-            TrackPoint::Threshold { extreme: least },
-        ),
-        (
-            setting.threshold_halvings == 0 && !is_locked && with_threshold(1),
-            TrackPoint::Threshold { extreme: most },
-        ),
+    let of_patience = match patience {
+        // Without patience a target is lost with the first window, too.
+        0 | 1 => Some((Extreme::Least, 2)),
+        MOST_PATIENCE => Some((Extreme::Most, MOST_PATIENCE - 1)),
+        _ => None,
+    };
+    let others = [
+        (TrackNumber::Gain, of_share(gain_halvings)),
+        (TrackNumber::Threshold, of_share(threshold_halvings)),
+        (TrackNumber::Patience, of_patience),
     ];
-    points.into_iter().filter(|(is, _)| *is).map(|(_, point)| point).collect()
+    let rival = |(number, other): (TrackNumber, Option<(Extreme, u32)>)| {
+        let (extreme, value) = other?;
+        let mut after = before.clone();
+        match number {
+            TrackNumber::Gain => after.setting.gain_halvings = value,
+            TrackNumber::Threshold => after.setting.threshold_halvings = value,
+            TrackNumber::Patience => after.setting.patience = value,
+        }
+        let lost = after.counted(sums);
+        // That of a lost target stays.
+        let position = after.position().or(before.position())? as u32;
+        let point = TrackPoint::Number { number, extreme };
+        Some(Rival { point, position, locked: after.is_locked(), lost })
+    };
+    others.into_iter().filter_map(rival).collect()
 }

@@ -155,6 +155,11 @@ impl ReferenceModel {
                 }
             }
         }
+        if let Some(hosted) = &mut self.hosted {
+            let limit = 1i128 << (self.interface.count_bits() - 1);
+            let shown = |count: i64| i128::from(count).clamp(-limit, limit - 1) as i64;
+            hosted.compare_beside(&self.counts, shown);
+        }
         if let Some(hosted) =
             self.hosted.as_mut().filter(|_| self.totals.iter().any(|&total| total > 0))
         {
