@@ -141,9 +141,10 @@ fn swept() -> Vec<Sweep> {
     let edges = edges.map(|[rise, fall]| {
         vec![format!("source.rise_time={rise}"), format!("source.fall_time={fall}")]
     });
-    let jitters = ["\"0 s\"", "\"50 ps\"", "\"200 ps\"", "\"1 ns\"", "\"4 ns\"", "\"16 ns\""];
-    let jitters = jitters.map(|jitter| format!("[{jitter}]"));
+    let jitters = ["0 s", "50 ps", "200 ps", "400 ps", "1 ns", "4 ns", "16 ns"];
+    let jitters = jitters.map(|jitter| format!("[\"{jitter}\"]"));
     let jitters: Vec<&str> = jitters.iter().map(String::as_str).collect();
+    let dead_times = ["0 s", "14 ns", "250 ns", "500 ns", "1 us", "2 us", "4 us", "8 us"];
     let parallel = [1, 2, 4, 8, 16].map(|steps| vec![format!("hardware.parallel={steps}")]);
     let degrees =
         |source: &str| (3..=16).map(|degree| vec![format!("{source}.{}", code(degree))]).collect();
@@ -152,7 +153,7 @@ fn swept() -> Vec<Sweep> {
         ("unlike periods", "scenes/dual-view.toml", degrees("source[other]")),
         ("edges", SINGLE, edges.into()),
         ("jitter", SINGLE, of_detector("jitter", &jitters)),
-        ("dead time", SINGLE, of_detector("dead_time", &["0 s", "14 ns", "1 us", "8 us"])),
+        ("dead time", SINGLE, of_detector("dead_time", &dead_times)),
         ("recharge", SINGLE, of_detector("recharge", &["active", "passive"])),
         ("parallel", SINGLE, parallel.into()),
     ]

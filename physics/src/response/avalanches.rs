@@ -3,7 +3,6 @@
 use super::chain::{Chain, states_needed};
 use super::forward::{self, AllAndMerged};
 use super::grid::Grid;
-use super::steady::Round;
 use super::{MAX_STATES, MeanResponseError, paralyzable, poisson, with_states};
 use crate::photons::DetectorModel;
 
@@ -24,6 +23,6 @@ pub(super) fn detections(
     }
     Ok(with_states!(needed, M => {
         let chain = Chain::<M>::new(model.afterpulsing, model.dead_time_chips);
-        forward::solve(grid, &chain, Round::of(grid), None)
+        forward::solve(grid, &chain, grid.round(), None)
     }))
 }

@@ -1,5 +1,6 @@
 //! Where integration steps end: the same places in every chip.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::domain::{FINEST_CELL_CHIPS, MeanResponseError, check};
@@ -252,9 +253,17 @@ impl Grid {
         })
     }
 
+    /// How its steady state is extrapolated; none if it is waited for.
+    pub fn round(&self) -> Option<Round> {
+        // The phase's mode k fades as exp(-2 pi^2 k^2 n / (1 + saturation)^2) in n dead times.
+        let turns = (1.0 + self.saturation) / PI;
+        let fading_chips = 0.5 * 7.0 * turns * turns * self.dead_time_chips;
+        Round::new(fading_chips, self.reach_chips + 2, self.period_chips, self.memory_chips)
+    }
+
     /// Chips that are solved, about, until the detector has forgotten how it started.
     pub fn settling_chips(&self) -> usize {
-        let expected = Round::of(self).map(|round| round.expected_chips());
+        let expected = self.round().map(|round| round.expected_chips());
         expected.map_or(self.memory_chips, |chips| chips.min(self.memory_chips))
     }
 

@@ -15,10 +15,10 @@ use crate::photons::afterpulsing::Afterpulsing;
 /// Share of the afterpulses that may outlast the dead time: those of one avalanche then know nothing of the
 /// one before.
 const MOST_LEFT: f64 = 1e-9;
-/// Afterpulses are looked for so many time constants back: e^-25 of them are left.
-const TIME_CONSTANTS: f64 = 25.0;
+/// Afterpulses are looked for so many time constants back: e^-16 of them are left.
+const TIME_CONSTANTS: f64 = 16.0;
 /// Steps of a time constant.
-const STEPS: f64 = 16.0;
+const STEPS: f64 = 8.0;
 
 /// A detector that has run for ever in its light.
 #[derive(Debug, Clone)]
@@ -121,7 +121,6 @@ mod tests {
     use super::*;
     use crate::response::chain::Chain;
     use crate::response::forward::{self, ReadyStates};
-    use crate::response::steady::Round;
     use crate::scene::{DetectorIndex, load_with};
     use crate::sensor::Sensor;
 
@@ -142,7 +141,7 @@ mod tests {
         let (grid, detections) = (&long_run.grid, &long_run.detections);
         let chain = Chain::<4>::new(model.afterpulsing, model.dead_time_chips);
         let mut states = ReadyStates::<4>::new();
-        forward::solve(grid, &chain, Round::of(grid), Some(&mut states));
+        forward::solve(grid, &chain, grid.round(), Some(&mut states));
         for (index, cell) in [(0, 0), (7, 3), (30, 5)] {
             let time = index as f64 + grid.edges[cell];
             let chips = time + long_run.frame_chips + 5.0 * grid.period_chips as f64;

@@ -7,7 +7,6 @@ use super::heard::Heard;
 use super::light::Light;
 use super::poisson::{self, Waiting};
 use super::span::{PairReach, Span};
-use super::steady::Round;
 use super::variance::Backwards;
 use super::{MAX_STATES, MeanResponseError, paralyzable, variance, with_states};
 use crate::photons::DetectorModel;
@@ -133,14 +132,14 @@ fn solve(
     Ok(with_states!(needed, M => {
         let chain = Chain::<M>::new(model.afterpulsing, model.dead_time_chips);
         let mut ready = ReadyStates::<M>::new();
-        let detections = forward::solve(grid, &chain, Round::of(grid), Some(&mut ready));
+        let detections = forward::solve(grid, &chain, grid.round(), Some(&mut ready));
         (detections, Box::new(Solved { chain, ready }))
     }))
 }
 
 impl<const M: usize> States for Solved<M> {
     fn excess(&self, grid: &Grid, of: &Detections, signs: &[&[f64]], span: &Span) -> Vec<Vec<f64>> {
-        let (chain, states, round) = (&self.chain, &self.ready, Round::of(grid));
+        let (chain, states, round) = (&self.chain, &self.ready, grid.round());
         let problem = Backwards { grid, chain, states, detections: of, round };
         variance::excess(&problem, signs, span)
     }
@@ -236,7 +235,7 @@ mod tests {
             sampling: DetectionSampling::of(&model, &light, tier).expect("few pulses merge"),
         };
         let grid = Grid::new(&model, &light, Kinks::LaterAndEarlier, &samples).expect("solved");
-        let round = Round::of(&grid);
+        let round = grid.round();
         assert!(round.is_some(), "{settings:?}: {}", grid.memory_chips);
         let needed = states_needed(model.afterpulsing, model.dead_time_chips);
         assert!(needed <= M, "{needed}");
@@ -266,20 +265,20 @@ mod tests {
             let reach = PairReach { before: 40, after: after + grid.period_chips - 7 };
             [period, Span::across(&grid, 7, reach)]
         };
-        for spans in waited(1).into_iter().zip(waited(2)) {
-            for signs in [&[&signs[0][..]][..], &[&signs[1], &signs[0]]] {
-                let excess = |span: &Span, round| {
-                    let (grid, chain) = (&grid, &chain);
-                    let problem = Backwards { grid, chain, states, detections, round };
-                    variance::excess(&problem, signs, span).concat()
-                };
-                let [near, far] = [&spans.0, &spans.1].map(|span| excess(span, None));
-                let waited = near.iter().zip(far).map(|(near, far)| 2.0 * near - far).collect();
-                let both = [waited, excess(&spans.0, round)];
-                let counts =
-                    detections.per_period() / grid.period_chips as f64 * spans.1.counted.end as f64;
-                assert_alike(&both, counts, &format!("{settings:?}: excess"));
-            }
+        let counted = [&[&signs[1][..], &signs[0]][..], &[&signs[0]]];
+        for (signs, (nearer, farther)) in counted.into_iter().zip(waited(1).iter().zip(&waited(2)))
+        {
+            let excess = |span: &Span, round| {
+                let (grid, chain) = (&grid, &chain);
+                let problem = Backwards { grid, chain, states, detections, round };
+                variance::excess(&problem, signs, span).concat()
+            };
+            let [near, far] = [nearer, farther].map(|span| excess(span, None));
+            let waited = near.iter().zip(far).map(|(near, far)| 2.0 * near - far).collect();
+            let both = [waited, excess(nearer, round)];
+            let per_chip = detections.per_period() / grid.period_chips as f64;
+            let counts = per_chip * farther.counted.end as f64;
+            assert_alike(&both, counts, &format!("{settings:?}: excess"));
         }
     }
 

@@ -7,8 +7,6 @@
 //! states, one round after another: the sum of the states with weights that add up to 1 whose
 //! next one differs least from it.
 
-use super::grid::Grid;
-
 /// States that are kept for an extrapolation.
 const MOST_STATES: usize = 32;
 /// Rounds without one before, in which what is quick fades.
@@ -46,14 +44,20 @@ pub struct Round {
 }
 
 impl Round {
-    /// Rounds of a grid's detector; none if it forgets so soon that it is waited for.
-    pub fn of(grid: &Grid) -> Option<Round> {
-        // The mode k fades as exp(-2 pi^2 k^2 n / (1 + saturation)^2) in n dead times: those beyond
-        // the states' number, k and -k of each, are to be gone by e^7 in a round.
-        let slowest = 1.2 * (1.0 + grid.saturation) / MOST_STATES as f64;
-        let wanted = (slowest * slowest * grid.dead_time_chips).ceil() as usize;
-        let chips = wanted.max(grid.reach_chips + 2).next_multiple_of(grid.period_chips);
-        let most = grid.memory_chips.div_ceil(chips);
+    /// Rounds of whole periods, and no fewer chips than `least_chips`, of a detector that is waited for
+    /// `memory_chips`; none if that are so few rounds that waiting does as well. In `fading_chips` the
+    /// slowest mode fades by e^7, and the mode k in a k^2th of that.
+    pub fn new(
+        fading_chips: f64,
+        least_chips: usize,
+        period_chips: usize,
+        memory_chips: usize,
+    ) -> Option<Round> {
+        // k and -k of each mode need a state.
+        let most_k = MOST_STATES as f64 / 2.0;
+        let wanted = (fading_chips / (most_k * most_k)).ceil() as usize;
+        let chips = wanted.max(least_chips).next_multiple_of(period_chips);
+        let most = memory_chips.div_ceil(chips);
         (most > LEAST_ROUNDS).then_some(Round { chips, most })
     }
 
