@@ -133,6 +133,49 @@ fn table_i_counts_agree_over_a_hundred_million_detections() {
     }
 }
 
+/// A dead time of some 125 chips, in which ten photons come: 230 of them until the plain loop has
+/// forgotten its start, and steps of a tenth of one. 992 ns are four periods of the code, to which the
+/// detector locks: where in it a step begins decides what it counts.
+#[test]
+fn starts_of_saturated_detectors_are_drawn_as_they_come_to_be() {
+    for (dead_time_ps, probability, rise_time_ps) in
+        [(992e3, 0.137, 0.0), (1e6, 0.137, 1e3), (1e6, 0.0, 0.0), (600e3, 0.9, 0.0)]
+    {
+        let mut scene = table_i_scene(gold_5(), 5e6, 12);
+        scene.scan = Scan { first_step: 0, steps: 31, ..scene.scan };
+        scene.sources[0].response = LaserResponse::Edges { rise_time_ps, fall_time_ps: 0.0 };
+        let spad = &mut scene.detectors[0];
+        spad.dead_time_ps = dead_time_ps;
+        spad.afterpulsing_probability = probability;
+        let comparison = Comparison::of(&scene, 3_000);
+        assert!(comparison.detections() > 5_000);
+        comparison.assert_same_distribution(&format!("{dead_time_ps} ps, {probability}"));
+    }
+}
+
+/// Jitter of more than a chip, and near edges of several steps that share their light: each detection's
+/// is drawn.
+#[test]
+fn jitter_beyond_a_chip_is_drawn() {
+    for (jitter_ps, parallel, transition_ps) in
+        [(900.0, 1, 60.0), (3_000.0, 1, 0.0), (300.0, 4, 200.0), (20_000.0, 2, 500.0)]
+    {
+        let mut scene = table_i_scene(code(&[1, 1, 1, 0, 1, 0, 0]), 60e6, 150);
+        scene.chip_period_ps = 2000.0;
+        scene.scan.steps = 40;
+        scene.hardware.parallel = parallel;
+        let spad = &mut scene.detectors[0];
+        spad.jitter_ps = vec![jitter_ps];
+        spad.dead_time_ps = 900.0;
+        spad.pulse_width_ps = 450.0;
+        spad.counter.rising_delay_ps = 100.0;
+        spad.counter.falling_delay_ps = 310.0;
+        spad.counter.transition_ps = transition_ps;
+        let comparison = Comparison::of(&scene, 2_000);
+        comparison.assert_same_distribution(&format!("jitter of {jitter_ps} ps, {parallel} steps"));
+    }
+}
+
 #[test]
 fn jitter_carries_detections_over_the_borders_of_a_step_and_of_chips() {
     // Three chips of 2 ns with 41 ps of jitter: every twelfth detection is near

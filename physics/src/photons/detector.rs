@@ -450,14 +450,17 @@ impl DetectorModel {
     /// remember. Where that is too long, it starts as if it had run before
     /// ([`Self::first_ready_chips`]).
     fn warm_up(&self) -> i64 {
-        let memory = self.memory().simulated_start_chips();
+        let chips = self.memory().simulated_start_chips() + self.border_chips();
+        chips.ceil() as i64
+    }
+
+    /// How long before a step avalanches may be registered within it.
+    pub(crate) fn border_chips(&self) -> f64 {
         let jitter = self.jitter_chips.unwrap_or(0.0);
+        let tail = self.tail.as_ref().map_or(0.0, Tail::longest_chips);
         // At least a fixed margin, so that small delays and jitters do not move
         // the start, and with it every arrival.
-        let tail = self.tail.as_ref().map_or(0.0, Tail::longest_chips);
-        let margin = (self.delay_chips + 2.0 * JITTER_BOUND_SIGMAS * jitter + tail).max(4.0);
-        let chips = memory + margin;
-        chips.ceil() as i64
+        (self.delay_chips + 2.0 * JITTER_BOUND_SIGMAS * jitter + tail).max(4.0)
     }
 
     /// Its dead time, of rates per chip.

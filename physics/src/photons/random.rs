@@ -76,7 +76,12 @@ impl StreamKey {
 
     /// The stream of a part that every step of the group has for itself.
     pub fn stream_of_step(&self, step: Step, part: RandomStream) -> StreamRng {
-        StreamRng::seed_from_u64(self.hash_of(step.0, part))
+        StreamRng::seed_from_u64(self.hash_of_step(step, part))
+    }
+
+    /// The number that this stream is seeded with.
+    pub fn hash_of_step(&self, step: Step, part: RandomStream) -> u64 {
+        self.hash_of(step.0, part)
     }
 
     fn hash_of(&self, number: u64, part: RandomStream) -> u64 {

@@ -23,6 +23,6 @@ pub(super) fn detections(
     }
     Ok(with_states!(needed, M => {
         let chain = Chain::<M>::new(model.afterpulsing, model.dead_time_chips);
-        forward::solve(grid, &chain, None)
+        forward::solve(grid, &chain, grid.round(), None)
     }))
 }

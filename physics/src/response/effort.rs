@@ -69,7 +69,10 @@ pub struct Effort {
 
 /// Sizes of a solution.
 struct Size {
-    /// Chips that are solved: memory and period.
+    /// How long the detector remembers, and what of it is solved.
+    memory_chips: usize,
+    settling_chips: usize,
+    /// Chips that are solved: those, and the period.
     chips: f64,
     period: f64,
     cells: f64,
@@ -101,9 +104,10 @@ impl Effort {
         };
         let solution_s = both.backwards_s(both.chips);
         let brightest = light.brightest_per_chip();
-        let memory_chips = (both.chips - both.period) as usize;
-        let across_s = reach_across_ends(model, brightest, memory_chips)
-            .map_or(0.0, |reach| both.backwards_s((reach.before + reach.after) as f64));
+        let across_s = reach_across_ends(model, brightest, both.memory_chips)
+            .map_or(0.0, |reach| {
+                both.backwards_s((reach.before + reach.after.min(both.settling_chips)) as f64)
+            });
         let ends = steps.min(ENDS as f64);
         let step_s = solution_s + across_s;
         let mut heard_s = 0.0;
@@ -140,11 +144,14 @@ impl Size {
             5..=8 => 8.0,
             _ => 16.0,
         };
-        let chips = (grid.period_chips + grid.memory_chips) as f64;
+        let settling_chips = grid.settling_chips();
+        let chips = (grid.period_chips + settling_chips) as f64;
         let paths = light.paths.len() as f64;
         let hears = model.crosstalk.as_ref().is_some_and(|all| all.heard().next().is_some());
         let heard = if hears { heard::LEVELS } else { 1.0 };
         Ok(Size {
+            memory_chips: grid.memory_chips,
+            settling_chips,
             chips,
             period: grid.period_chips as f64,
             cells: grid.cells.len() as f64,

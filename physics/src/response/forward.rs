@@ -3,10 +3,13 @@
 // States are looped over by number: iterators are not always inlined.
 #![allow(clippy::needless_range_loop)]
 
+use std::ops::Range;
+
 use super::chain::{Chain, State};
 use super::grid::{Grid, Rearming};
 use super::history::History;
 use super::integrator::{CellStep, CellSteps};
+use super::steady::{self, Round, Rounds};
 
 /// Mean detections over one common code period.
 #[derive(Debug, Clone)]
@@ -48,6 +51,28 @@ impl Detections {
     /// Expected detections in a whole code period.
     pub fn per_period(&self) -> f64 {
         self.cumulative[self.cumulative.len() - 1]
+    }
+
+    /// The time in chips until which so many detections are expected from the start of a code period:
+    /// the inverse of [`Detections::until`].
+    pub fn when(&self, grid: &Grid, detections: f64) -> f64 {
+        let turns = (detections / self.per_period()).floor();
+        let left = detections - turns * self.per_period();
+        let cells = grid.cells.len();
+        let index = self.cumulative.partition_point(|before| *before <= left);
+        let index = index.clamp(1, self.rates.len()) - 1;
+        let (chip, cell) = (index / cells, index % cells);
+        let width = grid.cells[cell].width;
+        let (mut low, mut high) = (0.0, 1.0);
+        // To 10^-9 of a cell.
+        for _ in 0..30 {
+            let middle: f64 = 0.5 * (low + high);
+            let before =
+                self.cumulative[index] + width * integral_until(&self.rates[index], middle);
+            (low, high) = if before < left { (middle, high) } else { (low, middle) };
+        }
+        let chips = turns * grid.period_chips as f64 + chip as f64;
+        chips + grid.edges[cell] + low * width
     }
 
     /// Expected detections from the start of a code period to a time in chips.
@@ -212,98 +237,199 @@ impl DeadTime {
     }
 }
 
-/// Solves from a ready detector through the memory time and one code period, of
-/// which the mean detections are returned; `states`, if given, receives the
-/// ready states whose next pulse counts.
-///
-/// With the widest vectors that the processor has: no operation differs, so
-/// results do not.
+/// Solves from a ready detector until it has forgotten that, and through one code period, of which
+/// the mean detections are returned; `states`, if given, receives the ready states whose next pulse
+/// counts.
 pub fn solve<const M: usize>(
     grid: &Grid,
     chain: &Chain<M>,
+    round: Option<Round>,
     states: Option<&mut ReadyStates<M>>,
 ) -> AllAndMerged {
-    #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has the instructions, as just made sure.
-        return unsafe { solve_avx2(grid, chain, states) };
-    }
-    solve_forwards(grid, chain, states)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn solve_avx2<const M: usize>(
-    grid: &Grid,
-    chain: &Chain<M>,
-    states: Option<&mut ReadyStates<M>>,
-) -> AllAndMerged {
-    solve_forwards(grid, chain, states)
-}
-
-#[inline(always)]
-fn solve_forwards<const M: usize>(
-    grid: &Grid,
-    chain: &Chain<M>,
-    mut states: Option<&mut ReadyStates<M>>,
-) -> AllAndMerged {
-    let per_chip = grid.cells.len();
-    let warm_up = grid.memory_chips;
-    let mut history = History::<M, f64>::new(per_chip, grid.reach_chips);
-    let mut rates = Vec::with_capacity(grid.period_chips * per_chip);
-    let mut merged_rates = Vec::new();
-    let mut steps = CellSteps::new(chain, per_chip);
-    let mut lambdas = Vec::new();
-    let mut start: State<M> = [0.0; M];
-    start[0] = 1.0;
-    let mut unarmed = Unarmed::<M>::new(grid);
-    let mut dead = DeadTime::new(grid);
-    for chip in 0..warm_up + grid.period_chips {
-        // Steps of finite length lose or gain some 10^-8 of probability at a time,
-        // and nothing would ever bring it back: what is not dead is ready.
-        let ready = (1.0 - dead.probability(grid)) / start.iter().sum::<f64>();
-        for m in 0..M {
-            start[m] *= ready;
+    let mut detector = Detector::new(grid, chain);
+    match round {
+        Some(round) => {
+            detector.round_chips = round.chips;
+            steady::settle(&mut detector, round.most);
         }
-        grid.fill_rates(chip as i64 - warm_up as i64, &mut lambdas);
-        for (index, cell) in grid.cells.iter().enumerate() {
-            let step = steps.get(index, cell.width, lambdas[index]);
-            let mut inflow = [[0.0; M]; 3];
-            for node in 0..3 {
-                let place = &cell.before[node];
-                // The detector starts ready: before, nothing is dead yet.
-                if let Ok(past) = usize::try_from(chip as i64 + place.chips) {
-                    inflow[node] = history.read(past, place);
-                }
-            }
-            let end = step.advance(&start, &inflow);
-            let start_slope = step.slope(&start, &inflow[0]);
-            let end_slope = step.slope(&end, &inflow[2]);
-            let borders = [start, end, start_slope, end_slope];
-            let waiting = match &mut unarmed {
-                Some(unarmed) => unarmed.advance(index, step, &inflow),
-                None => [[0.0; M]; 4],
-            };
-            // What comes back one dead time later; linear, so slopes pass alike.
-            let passing = pass(step, &borders);
-            let rate = rates_of(&passing, cell.width);
-            dead.put(chip, index, rate);
-            if chip >= warm_up {
-                rates.push(rate);
-                if unarmed.is_some() {
-                    merged_rates.push(rates_of(&pass(step, &waiting), cell.width));
-                }
-                if let Some(states) = states.as_deref_mut() {
-                    states.push(armed(&borders, &waiting, cell.width));
-                }
-            }
-            history.put(chip, index, passing);
-            start = end;
+        None => {
+            detector.first_chip = -(grid.memory_chips as i64);
+            detector.go_on(grid.memory_chips, None);
         }
     }
+    let mut period = Period { rates: Vec::new(), merged: Vec::new(), states };
+    detector.go_on(grid.period_chips, Some(&mut period));
     AllAndMerged {
-        all: Detections::of(grid, rates),
-        merged: unarmed.map(|_| Detections::of(grid, merged_rates)),
+        all: Detections::of(grid, period.rates),
+        merged: grid.rearming.as_ref().map(|_| Detections::of(grid, period.merged)),
+    }
+}
+
+/// What is kept of a code period.
+struct Period<'s, const M: usize> {
+    rates: Vec<[f64; 4]>,
+    /// Of detections that merge; empty where pulses cannot.
+    merged: Vec<[f64; 4]>,
+    states: Option<&'s mut ReadyStates<M>>,
+}
+
+/// A detector that started ready, some chips ago.
+struct Detector<'g, const M: usize> {
+    grid: &'g Grid,
+    steps: CellSteps<'g, M>,
+    /// Probabilities of the ready states.
+    ready: State<M>,
+    history: History<M, f64>,
+    unarmed: Option<Unarmed<'g, M>>,
+    dead: DeadTime,
+    /// Chip of the light with which it started.
+    first_chip: i64,
+    /// Chips since.
+    chips: usize,
+    /// Chips of a round.
+    round_chips: usize,
+    lambdas: Vec<f64>,
+}
+
+impl<'g, const M: usize> Detector<'g, M> {
+    fn new(grid: &'g Grid, chain: &'g Chain<M>) -> Detector<'g, M> {
+        let mut ready = [0.0; M];
+        ready[0] = 1.0;
+        Detector {
+            grid,
+            steps: CellSteps::new(chain, grid.cells.len()),
+            ready,
+            history: History::new(grid.cells.len(), grid.reach_chips),
+            unarmed: Unarmed::new(grid),
+            dead: DeadTime::new(grid),
+            first_chip: 0,
+            chips: 0,
+            round_chips: 0,
+            lambdas: Vec::new(),
+        }
+    }
+
+    /// Goes through some chips, which `period` keeps.
+    ///
+    /// With the widest vectors that the processor has: no operation differs, so
+    /// results do not.
+    fn go_on(&mut self, chips: usize, period: Option<&mut Period<M>>) {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has the instructions, as just made sure.
+            return unsafe { self.go_on_avx2(chips, period) };
+        }
+        self.go_on_plainly(chips, period);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn go_on_avx2(&mut self, chips: usize, period: Option<&mut Period<M>>) {
+        self.go_on_plainly(chips, period);
+    }
+
+    #[inline(always)]
+    fn go_on_plainly(&mut self, chips: usize, mut period: Option<&mut Period<M>>) {
+        let grid = self.grid;
+        let first = self.chips;
+        for chip in first..first + chips {
+            // Steps of finite length lose or gain some 10^-8 of probability at a time,
+            // and nothing would ever bring it back: what is not dead is ready.
+            let ready = (1.0 - self.dead.probability(grid)) / self.ready.iter().sum::<f64>();
+            for m in 0..M {
+                self.ready[m] *= ready;
+            }
+            grid.fill_rates(self.first_chip + chip as i64, &mut self.lambdas);
+            for (index, cell) in grid.cells.iter().enumerate() {
+                let step = self.steps.get(index, cell.width, self.lambdas[index]);
+                let mut inflow = [[0.0; M]; 3];
+                for node in 0..3 {
+                    let place = &cell.before[node];
+                    // The detector starts ready: before, nothing is dead yet.
+                    if let Ok(past) = usize::try_from(chip as i64 + place.chips) {
+                        inflow[node] = self.history.read(past, place);
+                    }
+                }
+                let end = step.advance(&self.ready, &inflow);
+                let start_slope = step.slope(&self.ready, &inflow[0]);
+                let end_slope = step.slope(&end, &inflow[2]);
+                let borders = [self.ready, end, start_slope, end_slope];
+                let waiting = match &mut self.unarmed {
+                    Some(unarmed) => unarmed.advance(index, step, &inflow),
+                    None => [[0.0; M]; 4],
+                };
+                // What comes back one dead time later; linear, so slopes pass alike.
+                let passing = pass(step, &borders);
+                let rate = rates_of(&passing, cell.width);
+                self.dead.put(chip, index, rate);
+                if let Some(period) = period.as_deref_mut() {
+                    period.rates.push(rate);
+                    if self.unarmed.is_some() {
+                        period.merged.push(rates_of(&pass(step, &waiting), cell.width));
+                    }
+                    if let Some(states) = period.states.as_deref_mut() {
+                        states.push(armed(&borders, &waiting, cell.width));
+                    }
+                }
+                self.history.put(chip, index, passing);
+                self.ready = end;
+            }
+        }
+        self.chips += chips;
+    }
+
+    /// The last chips, of which a dead time reads.
+    fn reached(&self) -> Range<usize> {
+        self.chips - self.grid.reach_chips - 1..self.chips
+    }
+}
+
+/// Its state is what the next dead time reads of the last one, what is ready, and what waits.
+impl<const M: usize> Rounds for Detector<'_, M> {
+    fn go_round(&mut self) {
+        self.go_on(self.round_chips, None);
+    }
+
+    fn states(&self) -> Vec<Vec<f64>> {
+        let waiting = self.unarmed.iter().flat_map(|unarmed| &unarmed.levels);
+        let waiting = waiting.flatten().chain(&self.ready);
+        let borders = (0..4).flat_map(|border| {
+            let cells = self.reached().flat_map(|chip| self.history.of_chip(chip));
+            cells.flat_map(move |borders| &borders[border])
+        });
+        vec![borders.chain(waiting).copied().collect()]
+    }
+
+    /// Cells' starts.
+    fn telling(&self) -> usize {
+        self.reached().len() * self.grid.cells.len() * M
+    }
+
+    /// Nothing: what is ready is all that is not blind.
+    fn drifting(&self) -> usize {
+        0
+    }
+
+    fn set(&mut self, states: &[Vec<f64>]) {
+        let mut state = states[0].iter().copied();
+        let mut next = || state.next().unwrap_or_default();
+        for border in 0..4 {
+            for chip in self.reached() {
+                for borders in self.history.of_chip_mut(chip) {
+                    borders[border].fill_with(&mut next);
+                }
+            }
+        }
+        for level in self.unarmed.iter_mut().flat_map(|unarmed| &mut unarmed.levels) {
+            level.fill_with(&mut next);
+        }
+        self.ready.fill_with(&mut next);
+        for chip in self.reached() {
+            for (index, cell) in self.grid.cells.iter().enumerate() {
+                let rate = rates_of(&self.history.of_chip(chip)[index], cell.width);
+                self.dead.put(chip, index, rate);
+            }
+        }
     }
 }
 

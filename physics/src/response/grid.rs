@@ -1,10 +1,12 @@
 //! Where integration steps end: the same places in every chip.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::domain::{FINEST_CELL_CHIPS, MeanResponseError, check};
 use super::light::Light;
 use super::sampling::DetectionSampling;
+use super::steady::Round;
 use crate::code::Code;
 use crate::photons::DetectorModel;
 
@@ -33,6 +35,8 @@ pub struct Grid {
     pub reach_chips: usize,
     /// Chips that make the detector forget how it started.
     pub memory_chips: usize,
+    /// Primary detections in a dead time of the brightest light.
+    pub saturation: f64,
     /// For pulses that may merge.
     pub rearming: Option<Rearming>,
     paths: Vec<GridPath>,
@@ -168,7 +172,29 @@ impl GridPath {
 }
 
 impl Grid {
+    /// The grid of a detector in some light.
+    ///
+    /// # Errors
+    /// As for the mean response.
     pub fn new(
+        model: &DetectorModel,
+        light: &Light,
+        kinks: Kinks,
+        samples: &SampleInstants,
+    ) -> Result<Grid, MeanResponseError> {
+        let grid = Grid::of_any_memory(model, light, kinks, samples)?;
+        let chips = model.memory_under(light.brightest_per_chip()).solved_start_chips();
+        if chips > LONGEST_MEMORY_CHIPS as f64 {
+            return Err(MeanResponseError::MemoryTooLong { chips, limit: LONGEST_MEMORY_CHIPS });
+        }
+        Ok(grid)
+    }
+
+    /// The same, however long the detector remembers.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn of_any_memory(
         model: &DetectorModel,
         light: &Light,
         kinks: Kinks,
@@ -176,7 +202,7 @@ impl Grid {
     ) -> Result<Grid, MeanResponseError> {
         check(model)?;
         check_brightness(model, light.brightest_per_chip())?;
-        let memory_chips = memory_chips(model, light.brightest_per_chip())?;
+        let memory = model.memory_under(light.brightest_per_chip());
         let period_chips = common_period(model, light)? as usize;
         let Strands { delays, paths } = Strands::new(light);
         let edges = edges(model, light, &delays, kinks, samples);
@@ -219,11 +245,26 @@ impl Grid {
             edges,
             dead_time_chips: dead_time,
             reach_chips: dead_time.ceil() as usize + 1,
-            memory_chips,
+            memory_chips: memory.solved_start_chips().ceil() as usize + 1,
+            saturation: memory.saturation(),
             paths,
             constant_per_chip: light.constant_per_chip,
             heard_per_chip: Vec::new(),
         })
+    }
+
+    /// How its steady state is extrapolated; none if it is waited for.
+    pub fn round(&self) -> Option<Round> {
+        // The phase's mode k fades as exp(-2 pi^2 k^2 n / (1 + saturation)^2) in n dead times.
+        let turns = (1.0 + self.saturation) / PI;
+        let fading_chips = 0.5 * 7.0 * turns * turns * self.dead_time_chips;
+        Round::new(fading_chips, self.reach_chips + 2, self.period_chips, self.memory_chips)
+    }
+
+    /// Chips that are solved, about, until the detector has forgotten how it started.
+    pub fn settling_chips(&self) -> usize {
+        let expected = self.round().map(|round| round.expected_chips());
+        expected.map_or(self.memory_chips, |chips| chips.min(self.memory_chips))
     }
 
     /// Primary rate in every cell of a chip, per chip.
@@ -384,18 +425,6 @@ fn check_brightness(
         rate_cps: model.timing.clock.hz(brightest_per_chip),
         limit_cps: model.timing.clock.hz(limit_per_chip),
     })
-}
-
-/// How long a detector remembers that it started ready.
-fn memory_chips(
-    model: &DetectorModel,
-    brightest_per_chip: f64,
-) -> Result<usize, MeanResponseError> {
-    let chips = model.memory_under(brightest_per_chip).solved_start_chips();
-    if chips > LONGEST_MEMORY_CHIPS as f64 {
-        return Err(MeanResponseError::MemoryTooLong { chips, limit: LONGEST_MEMORY_CHIPS });
-    }
-    Ok(chips.ceil() as usize + 1)
 }
 
 /// Edges of the cells of one chip, 0 and 1 included: every edge of light, and

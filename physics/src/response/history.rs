@@ -34,6 +34,18 @@ impl<const M: usize, V: Number> History<M, V> {
         self.cells[index] = borders;
     }
 
+    /// The cells of chip `chip`.
+    pub fn of_chip(&self, chip: usize) -> &[Borders<M, V>] {
+        let first = (chip & self.chip_mask) * self.cells_per_chip;
+        &self.cells[first..first + self.cells_per_chip]
+    }
+
+    /// The same, to be changed.
+    pub fn of_chip_mut(&mut self, chip: usize) -> &mut [Borders<M, V>] {
+        let first = (chip & self.chip_mask) * self.cells_per_chip;
+        &mut self.cells[first..first + self.cells_per_chip]
+    }
+
     /// The value at a place of chip `chip`.
     #[inline(always)]
     pub fn read(&self, chip: usize, place: &GridInterpolation) -> [V; M] {

@@ -132,14 +132,15 @@ fn solve(
     Ok(with_states!(needed, M => {
         let chain = Chain::<M>::new(model.afterpulsing, model.dead_time_chips);
         let mut ready = ReadyStates::<M>::new();
-        let detections = forward::solve(grid, &chain, Some(&mut ready));
+        let detections = forward::solve(grid, &chain, grid.round(), Some(&mut ready));
         (detections, Box::new(Solved { chain, ready }))
     }))
 }
 
 impl<const M: usize> States for Solved<M> {
     fn excess(&self, grid: &Grid, of: &Detections, signs: &[&[f64]], span: &Span) -> Vec<Vec<f64>> {
-        let problem = Backwards { grid, chain: &self.chain, states: &self.ready, detections: of };
+        let (chain, states, round) = (&self.chain, &self.ready, grid.round());
+        let problem = Backwards { grid, chain, states, detections: of, round };
         variance::excess(&problem, signs, span)
     }
 }
@@ -182,7 +183,9 @@ pub fn before_chips(grid: &Grid, per_cell: impl Iterator<Item = f64>) -> Vec<f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::response::{MeanResponse, SecondMoments};
+    use crate::response::grid::frame_chips;
+    use crate::response::sampling::DetectionSampling;
+    use crate::response::{CountingTier, MeanResponse, SecondMoments};
     use crate::scene::{DetectorIndex, load_with};
     use crate::sensor::Sensor;
 
@@ -217,5 +220,88 @@ mod tests {
                 assert!(excess[0].iter().any(|excess| *excess != 0.0));
             }
         }
+    }
+
+    /// What a state is extrapolated to, forwards and backwards, against that which is waited for.
+    fn extrapolated<const M: usize>(settings: &[&str]) {
+        let parsed = settings.iter().map(|setting| setting.parse().expect("a setting"));
+        let file = std::path::Path::new("../scenes/quick.toml");
+        let scene = load_with(file, &parsed.collect::<Vec<_>>()).expect("sound");
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+        let light = Light::of(&model);
+        let tier = CountingTier::Sampled;
+        let samples = SampleInstants {
+            origin_chips: frame_chips(&light) + model.delay_chips,
+            sampling: DetectionSampling::of(&model, &light, tier).expect("few pulses merge"),
+        };
+        let grid = Grid::new(&model, &light, Kinks::LaterAndEarlier, &samples).expect("solved");
+        let round = grid.round();
+        assert!(round.is_some(), "{settings:?}: {}", grid.memory_chips);
+        let needed = states_needed(model.afterpulsing, model.dead_time_chips);
+        assert!(needed <= M, "{needed}");
+        let chain = Chain::<M>::new(model.afterpulsing, model.dead_time_chips);
+        let solved = [None, round].map(|round| {
+            let mut states = ReadyStates::<M>::new();
+            let detections = forward::solve(&grid, &chain, round, Some(&mut states)).counted();
+            (detections, states)
+        });
+        let rates = solved.each_ref().map(|(detections, _)| detections.rates.concat());
+        assert_alike(&rates, 0.0, &format!("{settings:?}: rates"));
+        let ready = solved.each_ref().map(|(_, states)| states.concat().concat());
+        assert_alike(&ready, 0.0, &format!("{settings:?}: ready"));
+
+        let (detections, states) = (&solved[0].0, &solved[0].1);
+        let cells = grid.period_chips * grid.cells.len();
+        let signs = [3, 5].map(|every| {
+            (0..cells)
+                .map(|cell| 1.0 - f64::from(u8::from(cell / 9 % every == 0)))
+                .collect::<Vec<_>>()
+        });
+        // What is waited for drifts, period by period: from twice as far it has drifted twice as much.
+        let waited = |times: usize| {
+            let after = times * grid.memory_chips.next_multiple_of(grid.period_chips);
+            let period = Span::of_period(&grid);
+            let period = Span { counted: 0..period.begun + after, ..period };
+            let reach = PairReach { before: 40, after: after + grid.period_chips - 7 };
+            [period, Span::across(&grid, 7, reach)]
+        };
+        let counted = [&[&signs[1][..], &signs[0]][..], &[&signs[0]]];
+        for (signs, (nearer, farther)) in counted.into_iter().zip(waited(1).iter().zip(&waited(2)))
+        {
+            let excess = |span: &Span, round| {
+                let (grid, chain) = (&grid, &chain);
+                let problem = Backwards { grid, chain, states, detections, round };
+                variance::excess(&problem, signs, span).concat()
+            };
+            let [near, far] = [nearer, farther].map(|span| excess(span, None));
+            let waited = near.iter().zip(far).map(|(near, far)| 2.0 * near - far).collect();
+            let both = [waited, excess(nearer, round)];
+            let per_chip = detections.per_period() / grid.period_chips as f64;
+            let counts = per_chip * farther.counted.end as f64;
+            assert_alike(&both, counts, &format!("{settings:?}: excess"));
+        }
+    }
+
+    /// Within 1e-9 of the largest, and 1e-12 of what has been summed up to get there.
+    fn assert_alike(numbers: &[Vec<f64>; 2], sum: f64, what: &str) {
+        let [waited, extrapolated] = numbers;
+        assert_eq!(waited.len(), extrapolated.len());
+        let largest = waited.iter().fold(0.0, |largest: f64, number| largest.max(number.abs()));
+        let differences = waited.iter().zip(extrapolated).map(|(a, b)| (a - b).abs());
+        let most = differences.fold(0.0, f64::max);
+        let limit = 1e-9 * largest + 1e-12 * sum;
+        assert!(largest > 0.0 && most <= limit, "{what}: {most:e} of {largest:e}");
+    }
+
+    #[test]
+    fn extrapolated_states_are_those_that_are_waited_for() {
+        const SATURATED: [&str; 2] = ["source.mean_power=45 pW", "detector.dead_time=97 ns"];
+        let with = |setting| [SATURATED[0], SATURATED[1], setting];
+        extrapolated::<1>(&with(
+            "detector.afterpulsing={ probability = 0, time_constant = \"5 ns\" }",
+        ));
+        extrapolated::<4>(&SATURATED);
+        // Pulses merge.
+        extrapolated::<4>(&with("detector.pulse_width=96.5 ns"));
     }
 }

@@ -13,18 +13,33 @@ pub trait Number:
     + Mul<f64, Output = Self>
     + Neg<Output = Self>
 {
+    /// The numbers that each of several has: one after another, column by column.
+    fn columns(of: impl Iterator<Item = Self>) -> Vec<Vec<f64>>;
+
+    /// Several made of each column's numbers, the inverse of [`Number::columns`].
+    fn rows(columns: &[Vec<f64>]) -> impl Iterator<Item = Self>;
 }
 
-impl<T> Number for T where
-    T: Copy
-        + Default
-        + Add<Output = Self>
-        + AddAssign
-        + Sub<Output = Self>
-        + SubAssign
-        + Mul<f64, Output = Self>
-        + Neg<Output = Self>
-{
+impl Number for f64 {
+    fn columns(of: impl Iterator<Item = f64>) -> Vec<Vec<f64>> {
+        vec![of.collect()]
+    }
+
+    fn rows(columns: &[Vec<f64>]) -> impl Iterator<Item = f64> {
+        columns.iter().flatten().copied()
+    }
+}
+
+impl Number for Several {
+    fn columns(of: impl Iterator<Item = Several>) -> Vec<Vec<f64>> {
+        let all: Vec<Several> = of.collect();
+        (0..Several::COUNT).map(|place| Several::row(&all, place)).collect()
+    }
+
+    fn rows(columns: &[Vec<f64>]) -> impl Iterator<Item = Several> {
+        let length = columns.first().map_or(0, Vec::len);
+        (0..length).map(|row| Several(std::array::from_fn(|place| columns[place][row])))
+    }
 }
 
 /// Solutions of one equation on different right-hand sides. Each is, to the last bit, what it

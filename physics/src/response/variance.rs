@@ -19,6 +19,8 @@
 // States are looped over by number: iterators are not always inlined.
 #![allow(clippy::needless_range_loop)]
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::chain::Chain;
@@ -28,6 +30,7 @@ use super::history::History;
 use super::integrator::{CellStep, CellSteps};
 use super::several::{Number, Several};
 use super::span::Span;
+use super::steady::{self, Round, Rounds};
 
 /// Q integrated over each cell in which pairs begin, for each of several counts whose mean signs
 /// `signs` has: one for every cell of the code period. `states` are the ready states whose next
@@ -41,9 +44,9 @@ pub fn excess<const M: usize>(
     span: &Span,
 ) -> Vec<Vec<f64>> {
     let solve = |signs: &[&[f64]]| match signs {
-        [alone] => vec![solve(problem, alone, span)],
+        [alone] => vec![problem.solve(alone, span)],
         _ => {
-            let solved = solve(problem, &Several::interleaved(signs), span);
+            let solved = problem.solve(&Several::interleaved(signs), span);
             (0..signs.len()).map(|place| Several::row(&solved, place)).collect()
         }
     };
@@ -58,80 +61,131 @@ pub struct Backwards<'a, const M: usize> {
     pub chain: &'a Chain<M>,
     pub states: &'a ReadyStates<M>,
     pub detections: &'a Detections,
-}
-
-fn solve<const M: usize, V: Number>(problem: &Backwards<M>, signs: &[V], span: &Span) -> Vec<V> {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if is_x86_feature_detected!("avx512f") {
-            // SAFETY: the processor has the instructions, as just made sure.
-            return unsafe { solve_avx512(problem, signs, span) };
-        }
-        if is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has the instructions, as just made sure.
-            return unsafe { solve_avx2(problem, signs, span) };
-        }
-    }
-    problem.solve(signs, span)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f")]
-fn solve_avx512<const M: usize, V: Number>(
-    problem: &Backwards<M>,
-    signs: &[V],
-    span: &Span,
-) -> Vec<V> {
-    problem.solve(signs, span)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn solve_avx2<const M: usize, V: Number>(
-    problem: &Backwards<M>,
-    signs: &[V],
-    span: &Span,
-) -> Vec<V> {
-    problem.solve(signs, span)
+    /// How what comes long after is solved for; waited for if none.
+    pub round: Option<Round>,
 }
 
 impl<const M: usize> Backwards<'_, M> {
-    #[inline(always)]
     fn solve<V: Number>(&self, signs: &[V], span: &Span) -> Vec<V> {
-        let Backwards { grid, chain, states, detections } = *self;
+        let (first, period) = (span.first_chip, self.grid.period_chips);
+        let [counted, begun] = [span.counted.start, span.begun].map(|chip| first + chip);
+        let mut to_come = ToCome::new(self, signs);
+        match self.round {
+            Some(round) => {
+                to_come.round_chips = round.chips;
+                steady::settle(&mut to_come, round.most);
+                to_come.go_back(begun..begun.next_multiple_of(period), true, None);
+            }
+            None => to_come.go_back(begun..first + span.counted.end, true, None),
+        }
+        let mut excess = vec![V::default(); span.begun * self.grid.cells.len()];
+        let (before, within) = excess.split_at_mut(span.counted.start * self.grid.cells.len());
+        to_come.go_back(counted..begun, true, Some(within));
+        to_come.go_back(first..counted, false, Some(before));
+        excess
+    }
+}
+
+/// The counts to come after some chip, of a detector in any state: from the last one back.
+struct ToCome<'a, const M: usize, V> {
+    problem: &'a Backwards<'a, M>,
+    signs: &'a [V],
+    steps: CellSteps<'a, M>,
+    /// Chip 0 is the last chip.
+    history: History<M, V>,
+    losses: Option<Losses<'a, M, V>>,
+    /// U where the cell that is to come next ends.
+    end: [V; M],
+    /// u there.
+    expected_end: V,
+    /// What the cell solved last has at its start, and its light: none yet.
+    later_at_start: [V; M],
+    lambda_there: f64,
+    /// Chips solved.
+    chips: usize,
+    /// Chips of a round.
+    round_chips: usize,
+    lambdas: Vec<f64>,
+}
+
+impl<'a, const M: usize, V: Number> ToCome<'a, M, V> {
+    fn new(problem: &'a Backwards<'a, M>, signs: &'a [V]) -> ToCome<'a, M, V> {
+        let grid = problem.grid;
+        ToCome {
+            problem,
+            signs,
+            steps: CellSteps::new(problem.chain, grid.cells.len()),
+            history: History::new(grid.cells.len(), grid.reach_chips),
+            losses: grid.rearming.as_ref().map(Losses::new),
+            end: [V::default(); M],
+            expected_end: V::default(),
+            later_at_start: [V::default(); M],
+            lambda_there: f64::NAN,
+            chips: 0,
+            round_chips: 0,
+            lambdas: Vec::new(),
+        }
+    }
+
+    /// Goes back through chips of the light, of which `excess` receives Q.
+    fn go_back(&mut self, chips: Range<usize>, is_counted: bool, excess: Option<&mut [V]>) {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx512f") {
+                // SAFETY: the processor has the instructions, as just made sure.
+                return unsafe { self.go_back_avx512(chips, is_counted, excess) };
+            }
+            if is_x86_feature_detected!("avx2") {
+                // SAFETY: the processor has the instructions, as just made sure.
+                return unsafe { self.go_back_avx2(chips, is_counted, excess) };
+            }
+        }
+        self.go_back_plainly(chips, is_counted, excess);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f")]
+    fn go_back_avx512(&mut self, chips: Range<usize>, is_counted: bool, excess: Option<&mut [V]>) {
+        self.go_back_plainly(chips, is_counted, excess);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn go_back_avx2(&mut self, chips: Range<usize>, is_counted: bool, excess: Option<&mut [V]>) {
+        self.go_back_plainly(chips, is_counted, excess);
+    }
+
+    #[inline(always)]
+    fn go_back_plainly(
+        &mut self,
+        chips: Range<usize>,
+        is_counted: bool,
+        mut excess: Option<&mut [V]>,
+    ) {
+        let Backwards { grid, states, detections, .. } = *self.problem;
         let nothing = V::default();
         let per_chip = grid.cells.len();
-        let period = grid.period_chips;
-        let chips = span.counted.end;
-        let mut excess = vec![nothing; span.begun * per_chip];
-        // From the last cell to the first: chip 0 of the history is the last chip.
-        let mut history = History::<M, V>::new(per_chip, grid.reach_chips);
-        let mut steps = CellSteps::new(chain, per_chip);
-        let mut lambdas = Vec::new();
-        let mut losses = grid.rearming.as_ref().map(Losses::new);
-        let mut end = [nothing; M];
-        let mut expected_end = nothing;
-        // What the cell solved last has at its start, and its light: none yet.
-        let (mut later_at_start, mut lambda_there) = ([nothing; M], f64::NAN);
-        for chip in (0..chips).rev() {
-            grid.fill_rates((span.first_chip + chip) as i64, &mut lambdas);
-            let first_cell = (span.first_chip + chip) % period * per_chip;
-            let is_counted = chip >= span.counted.start;
+        let first = chips.start;
+        for chip in chips.rev() {
+            grid.fill_rates(chip as i64, &mut self.lambdas);
+            let first_cell = chip % grid.period_chips * per_chip;
             for (index, cell) in grid.cells.iter().enumerate().rev() {
                 let in_period = first_cell + index;
-                let sign = if is_counted { signs[in_period] } else { nothing };
-                let step = steps.get(index, cell.width, lambdas[index]);
+                let sign = if is_counted { self.signs[in_period] } else { nothing };
+                let lambda = self.lambdas[index];
+                let step = self.steps.get(index, cell.width, lambda);
                 // Plain loops, here and in what is called: closures are not always
                 // inlined, and would be compiled for narrow vectors.
                 let mut later = [[nothing; M]; 3];
                 let mut gains = [[nothing; M]; 3];
                 // U is continuous, but for what waits for samples.
-                let joins = cell.after_joins && lambdas[index] == lambda_there && losses.is_none();
+                let joins =
+                    cell.after_joins && lambda == self.lambda_there && self.losses.is_none();
                 for node in 0..3 {
                     later[node] = if node == 2 && joins {
-                        later_at_start
+                        self.later_at_start
                     } else {
-                        let value = value_at(&history, chips, chip, &cell.after[node]);
+                        let value = value_at(&self.history, self.chips, &cell.after[node]);
                         step.pass_backwards(&value)
                     };
                     // Time runs backwards here: the cell's end comes first.
@@ -139,7 +193,7 @@ impl<const M: usize> Backwards<'_, M> {
                         gains[2 - node][m] = sign * step.exit[m] + later[node][m];
                     }
                 }
-                let start = step.advance(&end, &gains);
+                let (start, end) = (step.advance(&self.end, &gains), self.end);
                 let mut end_slope = step.slope(&end, &gains[0]);
                 let mut start_slope = step.slope(&start, &gains[2]);
                 for m in 0..M {
@@ -147,22 +201,74 @@ impl<const M: usize> Backwards<'_, M> {
                     start_slope[m] = -start_slope[m];
                 }
 
-                let mean = Mean::of(detections, in_period, cell.width, sign, expected_end);
-                if chip < span.begun {
-                    excess[chip * per_chip + index] =
+                let mean = Mean::of(detections, in_period, cell.width, sign, self.expected_end);
+                if let Some(excess) = excess.as_deref_mut() {
+                    excess[(chip - first) * per_chip + index] =
                         excess_of_cell(&states[in_period], &later, &mean, cell.width);
                 }
                 let mut on_return = [start, end, start_slope, end_slope];
-                if let Some(losses) = &mut losses {
+                if let Some(losses) = &mut self.losses {
                     losses.take_off(index, step, sign, &mut on_return);
                 }
-                history.put(chips - 1 - chip, index, on_return);
-                (later_at_start, lambda_there) = (later[0], lambdas[index]);
-                end = start;
-                expected_end = mean.to_come[0];
+                self.history.put(self.chips, index, on_return);
+                (self.later_at_start, self.lambda_there) = (later[0], lambda);
+                self.end = start;
+                self.expected_end = mean.to_come[0];
+            }
+            self.chips += 1;
+        }
+    }
+
+    /// The last chips solved, of which a dead time reads.
+    fn reached(&self) -> Range<usize> {
+        self.chips - self.problem.grid.reach_chips - 1..self.chips
+    }
+}
+
+/// Its state is what the next dead time reads of the last one, and what waits; counts to come are
+/// told by how many more there are than on average.
+impl<const M: usize, V: Number> Rounds for ToCome<'_, M, V> {
+    fn go_round(&mut self) {
+        self.go_back(0..self.round_chips, true, None);
+    }
+
+    fn states(&self) -> Vec<Vec<f64>> {
+        let cells = || self.reached().flat_map(|chip| self.history.of_chip(chip));
+        let border = |border: usize| cells().flat_map(move |borders| borders[border]);
+        let values = border(0).chain(border(1)).chain(self.end);
+        let values = values.map(|value| value - self.expected_end);
+        let lost = self.losses.iter().flat_map(|losses| &losses.levels).flatten().copied();
+        V::columns(values.chain(border(2)).chain(border(3)).chain(lost))
+    }
+
+    /// Cells' starts.
+    fn telling(&self) -> usize {
+        self.reached().len() * self.problem.grid.cells.len() * M
+    }
+
+    /// All but slopes and losses: a count more that is to come is so whatever the detector does.
+    fn drifting(&self) -> usize {
+        2 * self.telling() + M
+    }
+
+    fn set(&mut self, states: &[Vec<f64>]) {
+        let mut state = V::rows(states);
+        let mut next = || state.next().unwrap_or_default();
+        for border in 0..4 {
+            for chip in self.reached() {
+                for borders in self.history.of_chip_mut(chip) {
+                    borders[border].fill_with(&mut next);
+                }
+            }
+            if border == 1 {
+                self.end.fill_with(&mut next);
             }
         }
-        excess
+        for level in self.losses.iter_mut().flat_map(|losses| &mut losses.levels) {
+            level.fill_with(&mut next);
+        }
+        self.expected_end = V::default();
+        self.lambda_there = f64::NAN;
     }
 }
 
@@ -255,19 +361,17 @@ impl<'g, const M: usize, V: Number> Losses<'g, M, V> {
     }
 }
 
-/// U at a place later than the cell; zero after the last chip.
+/// U at a place later than a cell of the chip before which `chips` have been solved; zero after the last chip.
 #[inline(always)]
 fn value_at<const M: usize, V: Number>(
     history: &History<M, V>,
     chips: usize,
-    chip: usize,
     place: &GridInterpolation,
 ) -> [V; M] {
-    let later_chip = chip + place.chips as usize;
-    if later_chip >= chips {
-        return [V::default(); M];
+    match chips.checked_sub(place.chips as usize) {
+        Some(chip) => history.read(chip, place),
+        None => [V::default(); M],
     }
-    history.read(chips - 1 - later_chip, place)
 }
 
 #[cfg(test)]

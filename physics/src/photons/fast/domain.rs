@@ -14,6 +14,7 @@ use super::sign::{SignEdges, SignTable, threshold_of};
 use crate::photons::DetectorModel;
 use crate::photons::detector::Coupled;
 use crate::photons::light::ExcessLight;
+use crate::response::LongRun;
 use crate::scene::PathIndex;
 
 /// Why a model is left to the plain loop.
@@ -134,9 +135,18 @@ const TIME_CONSTANTS: f64 = 25.0;
 /// Dead times leave half of a table to waits.
 const LONGEST_DEAD_TIME_CHIPS: u32 = LONGEST_CHIPS / 2;
 
+/// Starts that take more dead times to be forgotten, and a greater share of a phase step, are drawn.
+const LONG_DEAD_TIMES: f64 = 64.0;
+const LONG_SHARE: f64 = 0.5;
+
 /// Every table of a model, shared by all lanes and threads.
 #[derive(Debug, Clone)]
 pub struct Tables {
+    /// How long before a step its simulation starts.
+    pub warm_up_chips: i64,
+    /// What a detector that has run for ever is like then; none where the start is forgotten, or
+    /// not known.
+    pub long_run: Option<LongRun>,
     /// Excess light without edges, or with edges all alike.
     pub paths: Vec<PathTable>,
     /// Waits are cut there.
@@ -206,7 +216,14 @@ impl Tables {
             false => Some(member_tables(model, &members)?),
         };
         let blind_chips = if members.is_some() { 0 } else { dead_time_chips };
+        let step_chips = model.timing.scan.integration_chips as f64;
+        let least_chips = (LONG_DEAD_TIMES * model.dead_time_chips).max(LONG_SHARE * step_chips);
+        let is_long = model.warm_up_chips as f64 > least_chips;
+        let long_run = is_long.then(|| LongRun::of(model)).flatten();
+        let chips = long_run.as_ref().map(|_| model.border_chips().ceil() as i64);
         Ok(Tables {
+            warm_up_chips: chips.unwrap_or(model.warm_up_chips),
+            long_run,
             paths,
             longest_wait_ticks: (LONGEST_CHIPS - 1 - blind_chips) * CHIP_TICKS,
             dead_time_ticks,
@@ -381,8 +398,8 @@ impl LightTables {
     }
 }
 
-/// The counter's sign, where one number decides on which side of an edge a detection is
-/// registered: none where it may be near another edge, too, or its jitter is not Gaussian.
+/// The counter's sign, decided as soon as an avalanche comes: none where its jitter is not Gaussian,
+/// or may carry it over both ends of a step.
 pub fn sign_table(model: &DetectorModel) -> Option<SignTable> {
     if model.tail.is_some() {
         return None;
@@ -399,13 +416,16 @@ pub fn sign_table(model: &DetectorModel) -> Option<SignTable> {
     let zone = 2.0 * (NORMAL_REACH * timing.jitter_chips + timing.transition_chips)
         + (timing.rising_delay_chips - timing.falling_delay_chips).abs();
     let samples_per_chip = f64::from(model.timing.clock.samples_per_chip);
-    if model.timing.parallel > 1 && zone * samples_per_chip >= 1.0 {
-        return None;
+    let is_near_one = model.timing.parallel == 1 || zone * samples_per_chip < 1.0;
+    let table = is_near_one.then(|| SignTable::new(&model.reference.chips, &timing)).flatten();
+    if let Some(mut table) = table {
+        // A jitter of no width decides nothing, but it is drawn.
+        table.is_random |= model.jitter_chips.is_some();
+        return Some(table);
     }
-    let mut sign = SignTable::new(&model.reference.chips, &timing)?;
-    // A jitter of no width decides nothing, but it is drawn.
-    sign.is_random |= model.jitter_chips.is_some();
-    Some(sign)
+    let is_near_one_end =
+        2.0 * jitter_reach_chips(model) < model.timing.scan.integration_chips as f64;
+    is_near_one_end.then(|| SignTable::drawn(&model.reference.chips, &timing)).flatten()
 }
 
 /// Whether everything fits a table or a word.

@@ -6,6 +6,8 @@ use super::constant::ConstantLight;
 use super::domain::Tables;
 use super::excess::LaneExcessLight;
 use super::members::{LitMembers, Members};
+use rand::RngExt;
+
 use super::places::{LaneTimes, round_ticks, ticks, ticks_of_chips};
 use crate::photons::DetectorModel;
 use crate::photons::random::{RandomStream, StreamKey, scatter};
@@ -59,7 +61,7 @@ impl<'t> Lanes<'t> {
         }
     }
 
-    /// Puts a ready detector before the light of a key, and the lane's clock `border` ticks
+    /// Puts a detector that gets ready before the light of a key, and the lane's clock `border` ticks
     /// before its avalanches' time. Gives the ticks of its start.
     ///
     /// Steps of one group get the same streams: the same detections, in each of
@@ -72,7 +74,9 @@ impl<'t> Lanes<'t> {
         border: i64,
     ) -> i64 {
         let ready = |model: &DetectorModel, key| round_ticks(model.first_ready_chips(key));
-        let mut start = -ticks_of_chips(model.warm_up_chips);
+        let warm_up_chips = self.tables.warm_up_chips;
+        let mut start = -ticks_of_chips(warm_up_chips);
+        let mut pending = 0.0;
         // All members begin at one time, whichever of them it is that counts.
         let mut shared = *key;
         let mut keys = Vec::new();
@@ -84,6 +88,12 @@ impl<'t> Lanes<'t> {
             }
             let blind = models.iter().zip(&keys).map(|(model, key)| ready(model, key) as u32);
             members.start(lane, &shared, blind);
+        } else if let Some(long_run) = &self.tables.long_run {
+            let place = model.code_position(key.repetition, key.group, long_run.period_chips());
+            let share: f64 = key.stream(RandomStream::Start).random();
+            let ready = long_run.ready_in((place - warm_up_chips) as f64, share);
+            start += round_ticks(ready.chips);
+            pending = ready.pending;
         } else {
             start += ready(model, key);
         }
@@ -104,7 +114,7 @@ impl<'t> Lanes<'t> {
         }
         if let Some(afterpulses) = &mut self.afterpulses {
             afterpulses.streams.restart(lane, key.hash(RandomStream::Afterpulsing));
-            afterpulses.masses[lane] = 0.0;
+            afterpulses.masses[lane] = pending as f32;
         }
         self.clock.set(lane, start - border);
         self.fired[lane] = 0;

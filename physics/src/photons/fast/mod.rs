@@ -13,11 +13,11 @@
 //! - `profile`: light with edges, thinned.
 //! - `afterpulses`: all that are pending are one decaying mass.
 //! - `sign`: jitter, delays and transition are a probability near edges, and
-//!   nothing elsewhere.
+//!   nothing elsewhere; or jitter is drawn.
 //! - `steps`: the start and the end of a step, where jitter carries detections
 //!   over the border.
-//! - `record`: where detections themselves are wanted, and where jitter decides too much for
-//!   a table of probabilities, each gets its own.
+//! - `record`: where detections themselves are wanted, or jitter has a tail.
+//! - `domain`: where a start is forgotten too slowly, it is drawn.
 //! - `overlaps`: the level that cells make together.
 //! - `members`: cells of a pixel, detectors that fire one another, and passive recharge.
 //!

@@ -3,7 +3,7 @@
 //! A place is a chip, and ticks into it. Chips are counted by whole numbers, so that time
 //! never drifts, and a tick is the same share of a chip whatever a code's length.
 
-use super::arithmetic::{LANES, LaneWords, wrap};
+use super::arithmetic::{Integers, LANES, LaneWords, wrap};
 
 /// A chip has 2^19 ticks: one is 15 fs of 8 ns.
 pub const CHIP_BITS: u32 = 19;
@@ -127,6 +127,21 @@ impl CodePlaces {
             self.chips[lane] = wrap(chip, self.period_chips);
         }
     }
+
+    /// Places later or earlier by less than half of [`LONGEST_CHIPS`].
+    #[inline(always)]
+    pub fn shifted(&self, shifts: &Integers) -> CodePlaces {
+        let mut shifted = CodePlaces::new(self.period_chips);
+        for lane in 0..LANES {
+            let end = (self.fractions[lane] as i32).wrapping_add(shifts[lane]);
+            shifted.fractions[lane] = end as u32 & IN_CHIP;
+            let chip = self.chips[lane].wrapping_add((end >> CHIP_BITS) as u32);
+            // From less than half a period before it to more than half behind it.
+            let chip = chip.wrapping_add(self.period_chips);
+            shifted.chips[lane] = wrap(wrap(chip, self.period_chips), self.period_chips);
+        }
+        shifted
+    }
 }
 
 #[cfg(test)]
@@ -149,6 +164,14 @@ mod tests {
             assert_eq!(clock.ticks(5), time);
             let place = i64::from(places.chips[5]) << CHIP_BITS | i64::from(places.fractions[5]);
             assert_eq!(place, time.rem_euclid(3000 << CHIP_BITS));
+            for shift in [0, 5, -5, 1 << 19, -(1 << 28), 123_456_789, -536_000_000] {
+                let mut shifts = Integers::all(0);
+                shifts[5] = shift;
+                let shifted = places.shifted(&shifts);
+                let place = ticks_of_chips(i64::from(shifted.chips[5]));
+                let place = place + i64::from(shifted.fractions[5]);
+                assert_eq!(place, (time + i64::from(shift)).rem_euclid(3000 << CHIP_BITS));
+            }
             assert_eq!(clock.is_at_border(5), time >= 0);
             assert_eq!(clock.any_at_border(), time >= 0);
         }

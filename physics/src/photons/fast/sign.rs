@@ -1,4 +1,4 @@
-//! The counter's sign, without drawing a normal.
+//! The counter's sign, without drawing a normal where jitter is less than a chip.
 //!
 //! Time is cut into cells of a chip, each with one possible edge of the
 //! reference: it goes from the chip before to the chip of the cell, and does
@@ -13,8 +13,11 @@
 //! Within the transition time w of an edge either sign is equally likely, so the
 //! table holds the mean of Phi at x - w and x + w. Rising and falling edges have
 //! different delays but the same table.
+//!
+//! Jitter that reaches beyond a cell is drawn, and the cell is that of the registered time; within w
+//! of its edge a coin decides.
 
-use super::arithmetic::{FixedTable, Integers, LANES, LaneWords, LookUp, quantile};
+use super::arithmetic::{FixedTable, Integers, LANES, LaneWords, LookUp, jitter, quantile};
 use super::normal::{self, NORMAL_REACH};
 use super::places::{CHIP_TICKS, CodePlaces, repeated, round_ticks, ticks};
 use super::streams::LaneStreams;
@@ -34,18 +37,14 @@ pub struct SignEdges {
     pub jitter_chips: f64,
 }
 
-/// Levels of the reference and probabilities near its edges.
+/// Levels of the reference, and what decides near its edges.
 #[derive(Debug, Clone)]
 pub struct SignTable {
     pub period_chips: u32,
-    /// By cell: where the table of probabilities begins, in ticks into the cell
+    /// By cell: where what is near its edge begins, in ticks into the cell
     /// (times 4); whether there is an edge (times 2); the level after it.
     cells: LookUp,
-    /// Thresholds to 31 random bits, of which `threshold + 1` in 2^31 leave the
-    /// detection before the edge.
-    thresholds: FixedTable<ENTRIES>,
-    /// An entry is for 2^entry_bits ticks.
-    entry_bits: u32,
+    near_edges: NearEdges,
     /// Where the reference's first cell begins, in ticks (not positive where cells begin
     /// before their chip).
     pub first_cell: i64,
@@ -53,8 +52,33 @@ pub struct SignTable {
     pub is_random: bool,
 }
 
+/// What decides near an edge.
+#[derive(Debug, Clone)]
+enum NearEdges {
+    Table(EdgeTable),
+    Drawn(DrawnJitter),
+}
+
+/// Probabilities that a detection is registered before an edge.
+#[derive(Debug, Clone)]
+struct EdgeTable {
+    /// Thresholds to 31 random bits, of which `threshold + 1` in 2^31 leave the
+    /// detection before the edge.
+    thresholds: FixedTable<ENTRIES>,
+    /// An entry is for 2^entry_bits ticks.
+    entry_bits: u32,
+}
+
+/// Each detection's own jitter.
+#[derive(Debug, Clone, Copy)]
+struct DrawnJitter {
+    sigma_ticks: f32,
+    /// Ticks round an edge within which either level is as likely.
+    transition_ticks: u32,
+}
+
 impl SignTable {
-    /// `None` if one cell cannot hold both kinds of edges with all that jitter
+    /// With probabilities; `None` if one cell cannot hold both kinds of edges with all that jitter
     /// and transition can reach.
     pub fn new(reference: &[u8], timing: &SignEdges) -> Option<SignTable> {
         let reach = ticks(NORMAL_REACH * timing.jitter_chips + timing.transition_chips) + 1.0;
@@ -67,23 +91,6 @@ impl SignTable {
             entry_bits += 1;
         }
         let half = i64::from((ENTRIES as u32 / 2) << entry_bits);
-        let rising = round_ticks(timing.rising_delay_chips);
-        let falling = round_ticks(timing.falling_delay_chips);
-        let lag = (rising - falling).abs();
-        if lag + 2 * half > i64::from(CHIP_TICKS) {
-            return None;
-        }
-
-        let first_cell = rising.min(falling) - half;
-        let chips = repeated(reference);
-        let cells = (0..chips.len()).map(|cell| {
-            let after = chips[cell];
-            let before = chips[(cell + chips.len() - 1) % chips.len()];
-            let edge = if after == 1 { rising } else { falling };
-            let table_start = (edge - half - first_cell) as u32;
-            (table_start << 2) | (u32::from(before != after) << 1) | u32::from(after)
-        });
-
         let sigma = ticks(timing.jitter_chips);
         let transition = ticks(timing.transition_chips);
         let threshold = |entry: usize| {
@@ -95,20 +102,67 @@ impl SignTable {
             threshold_of(0.5 * (below[0] + below[1]))
         };
         let thresholds: Vec<i32> = (0..ENTRIES).map(threshold).collect();
+        let is_random =
+            thresholds.iter().any(|&t| t != threshold_of(0.0) && t != threshold_of(1.0));
+        let thresholds = FixedTable::new(thresholds.iter().map(|&threshold| threshold as u32));
+        let near_edges = NearEdges::Table(EdgeTable { thresholds, entry_bits });
+        SignTable::of_cells(reference, timing, half, near_edges, is_random)
+    }
+
+    /// With jitter that is drawn; `None` if one cell cannot hold both kinds of edges with their
+    /// transition.
+    pub fn drawn(reference: &[u8], timing: &SignEdges) -> Option<SignTable> {
+        let half = round_ticks(timing.transition_chips);
+        let near_edges = NearEdges::Drawn(DrawnJitter {
+            sigma_ticks: ticks(timing.jitter_chips) as f32,
+            transition_ticks: u32::try_from(half).ok()?,
+        });
+        SignTable::of_cells(reference, timing, half, near_edges, true)
+    }
+
+    /// Of cells in which chance decides within `half` ticks of an edge.
+    fn of_cells(
+        reference: &[u8],
+        timing: &SignEdges,
+        half: i64,
+        near_edges: NearEdges,
+        is_random: bool,
+    ) -> Option<SignTable> {
+        let rising = round_ticks(timing.rising_delay_chips);
+        let falling = round_ticks(timing.falling_delay_chips);
+        let lag = (rising - falling).abs();
+        if lag + 2 * half > i64::from(CHIP_TICKS) {
+            return None;
+        }
+        let first_cell = rising.min(falling) - half;
+        let chips = repeated(reference);
+        let cells = (0..chips.len()).map(|cell| {
+            let after = chips[cell];
+            let before = chips[(cell + chips.len() - 1) % chips.len()];
+            let edge = if after == 1 { rising } else { falling };
+            let near = (edge - half - first_cell) as u32;
+            (near << 2) | (u32::from(before != after) << 1) | u32::from(after)
+        });
         Some(SignTable {
             period_chips: chips.len() as u32,
             cells: LookUp::new(cells),
-            is_random: thresholds.iter().any(|&t| t != threshold_of(0.0) && t != threshold_of(1.0)),
-            thresholds: FixedTable::new(thresholds.iter().map(|&threshold| threshold as u32)),
-            entry_bits,
+            near_edges,
             first_cell,
+            is_random,
         })
     }
 
+    /// Whether each step needs random numbers of its own, beside those that its group shares.
+    pub fn has_coins(&self) -> bool {
+        matches!(&self.near_edges, NearEdges::Drawn(drawn) if drawn.transition_ticks > 0)
+    }
+}
+
+impl EdgeTable {
     /// The levels (0 or 1) that count at places of the cells.
     #[inline(always)]
-    fn levels(&self, places: &CodePlaces, uniforms: &Integers) -> LaneWords {
-        let cells = self.cells.at(&places.chips);
+    fn levels(&self, cells: &LookUp, places: &CodePlaces, uniforms: &Integers) -> LaneWords {
+        let cells = cells.at(&places.chips);
         let mut entries = LaneWords::all(0);
         for lane in 0..LANES {
             let into_table =
@@ -125,17 +179,33 @@ impl SignTable {
     }
 }
 
+impl DrawnJitter {
+    /// The levels that count `shifts` ticks after places of the cells, by a coin of 31 bits near edges.
+    #[inline(always)]
+    fn levels(
+        &self,
+        cells: &LookUp,
+        places: &CodePlaces,
+        shifts: &Integers,
+        coins: &LaneWords,
+    ) -> LaneWords {
+        let registered = places.shifted(shifts);
+        let cells = cells.at(&registered.chips);
+        let mut levels = LaneWords::all(0);
+        for lane in 0..LANES {
+            let near = registered.fractions[lane].wrapping_sub(cells[lane] >> 2) as i32;
+            let coin = coins[lane] >> 31;
+            let if_late = if near >= (self.transition_ticks << 1) as i32 { 0 } else { coin };
+            let before_edge = if near < 0 { 1 } else { if_late };
+            levels[lane] = (cells[lane] ^ ((cells[lane] >> 1) & before_edge)) & 1;
+        }
+        levels
+    }
+}
+
 /// The threshold that 31 random bits do not exceed with a probability.
 pub fn threshold_of(probability: f64) -> i32 {
     ((probability.clamp(0.0, 1.0) * 2_f64.powi(31)).round() - 1.0) as i32
-}
-
-/// Whether jitter takes a detection `behind` ticks behind a border back over it.
-pub fn is_before(behind: i64, sigma_ticks: f64, uniform: i32) -> bool {
-    if sigma_ticks == 0.0 {
-        return behind < 0;
-    }
-    uniform <= threshold_of(normal_cdf(-(behind as f64) / sigma_ticks))
 }
 
 /// The counter's sign in all lanes.
@@ -143,6 +213,8 @@ pub fn is_before(behind: i64, sigma_ticks: f64, uniform: i32) -> bool {
 pub struct Sign<'t> {
     pub table: &'t SignTable,
     pub streams: LaneStreams,
+    /// What decides within the transition of an edge, if it is not decided with the jitter.
+    pub coins: Option<LaneStreams>,
     /// Where the last avalanche is in the reference's cells, or where a wait was cut.
     pub places: CodePlaces,
     /// Whether a detection's own jitter is asked for, too: then the number that decides is the quantile of
@@ -150,8 +222,8 @@ pub struct Sign<'t> {
     has_jitter: bool,
     /// The words of which that is made.
     pub randoms: LaneWords,
-    /// The number that decided, 31 bits, by lane.
-    pub uniforms: Integers,
+    /// The number that decided, 31 bits, or the ticks of jitter, by lane.
+    chances: Integers,
     /// The level that counts, by lane.
     pub levels: LaneWords,
 }
@@ -161,10 +233,11 @@ impl<'t> Sign<'t> {
         Sign {
             table,
             streams: LaneStreams::new(),
+            coins: table.has_coins().then(LaneStreams::new),
             places: CodePlaces::new(table.period_chips),
             has_jitter,
             randoms: LaneWords::all(0),
-            uniforms: Integers::all(0),
+            chances: Integers::all(0),
             levels: LaneWords::all(0),
         }
     }
@@ -174,13 +247,38 @@ impl<'t> Sign<'t> {
     pub fn decide(&mut self, elapsed: &LaneWords) {
         if self.table.is_random {
             self.randoms = self.streams.next();
-            for lane in 0..LANES {
-                let random = self.randoms[lane];
-                let uniform = if self.has_jitter { quantile(random) } else { random >> 1 };
-                self.uniforms[lane] = uniform as i32;
-            }
         }
         self.places.advance(elapsed);
-        self.levels = self.table.levels(&self.places, &self.uniforms);
+        let cells = &self.table.cells;
+        match &self.table.near_edges {
+            NearEdges::Table(table) => {
+                if self.table.is_random {
+                    for lane in 0..LANES {
+                        let random = self.randoms[lane];
+                        let uniform = if self.has_jitter { quantile(random) } else { random >> 1 };
+                        self.chances[lane] = uniform as i32;
+                    }
+                }
+                self.levels = table.levels(cells, &self.places, &self.chances);
+            }
+            NearEdges::Drawn(drawn) => {
+                for lane in 0..LANES {
+                    self.chances[lane] = jitter(self.randoms[lane], drawn.sigma_ticks);
+                }
+                let coins = self.coins.as_mut().map_or(LaneWords::all(0), LaneStreams::next);
+                self.levels = drawn.levels(cells, &self.places, &self.chances, &coins);
+            }
+        }
+    }
+
+    /// Whether jitter takes a lane's detection, `behind` ticks behind a border, back over it.
+    pub fn is_before(&self, lane: usize, behind: i64, sigma_ticks: f64) -> bool {
+        match &self.table.near_edges {
+            NearEdges::Table(_) if sigma_ticks == 0.0 => behind < 0,
+            NearEdges::Table(_) => {
+                self.chances[lane] <= threshold_of(normal_cdf(-(behind as f64) / sigma_ticks))
+            }
+            NearEdges::Drawn(_) => behind + i64::from(self.chances[lane]) < 0,
+        }
     }
 }

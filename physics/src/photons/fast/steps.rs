@@ -7,7 +7,7 @@ use super::domain::Tables;
 use super::lanes::Lanes;
 use super::overlaps::Overlaps;
 use super::places::{round_ticks, ticks_of_chips};
-use super::sign::{self, Sign, SignTable};
+use super::sign::{Sign, SignTable};
 use crate::photons::counter::transition;
 use crate::photons::random::RandomStream;
 use crate::photons::{DetectorModel, StepCount};
@@ -249,8 +249,7 @@ impl<'t, 'o> StepRunner<'t, 'o> {
                 continue;
             }
             if behind < 2 * reach {
-                let uniform = self.sign.uniforms[lane];
-                let is_before = sign::is_before(behind - reach, self.tables.jitter_ticks, uniform);
+                let is_before = self.sign.is_before(lane, behind - reach, self.tables.jitter_ticks);
                 if is_before == (step.stage == Stage::Counting) {
                     step.count.add(detection);
                 }
@@ -335,6 +334,9 @@ impl<'t, 'o> StepRunner<'t, 'o> {
         let place = ticks_of_chips(code) + start + delay - phase_step - sign.first_cell;
         self.sign.places.set(lane, place);
         self.sign.streams.restart(lane, key.hash(RandomStream::Jitter));
+        if let Some(coins) = &mut self.sign.coins {
+            coins.restart(lane, key.hash_of_step(step, RandomStream::Transition));
+        }
         if let Some(overlaps) = &mut self.overlaps {
             overlaps.start(lane, transition(model, self.jobs.seed, repetition, step));
         }
