@@ -275,12 +275,6 @@ fn too_fast(facts: &Facts, seed: u64) -> BoardScript {
             _ => rng.random_range(0.0..chips) as u64,
         });
     }
-    // Short scans that come a hundred times too fast: one is taken as soon as the FIFO is half empty, and the next ones fill it. Before
-    // its mark has left it is half empty again, but the loss behind the mark may not be marked yet.
-    const TIMES_TOO_FAST: usize = 100;
-    for _ in 0..depth * TIMES_TOO_FAST / 4 * 11 / 10 {
-        maker.offer(4, |rng, _| rng.random_range(0.0..2.0 * chips / TIMES_TOO_FAST as f64) as u64);
-    }
     // A loss is told with the result that comes next: the last scan comes late enough to be taken.
     maker.script.scans.push((maker.script.offers.len(), true));
     maker.offer(20, |_, number| if number == 0 { drained(0.66) } else { 0 });
