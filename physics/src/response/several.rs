@@ -42,8 +42,8 @@ impl Number for Several {
     }
 }
 
-/// Solutions of one equation on different right-hand sides. Each is, to the last bit, what it
-/// would be alone.
+/// Solutions of one equation on different right-hand sides. Each is what it would be alone: to the last
+/// bit, unless their steady states are extrapolated, for which the last one to settle says when.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Several(pub [f64; Several::COUNT]);
 
