@@ -157,7 +157,9 @@ fn outside_scan(asked: &Asked) -> Approximation {
     let offset_ps = asked.offset_ps();
     Approximation {
         name: match offset_ps > 0.0 {
-            true => "that the true delay is in the scan (detector.delay is added to that of the path)",
+            true => {
+                "that the true delay is in the scan (detector.delay is added to that of the path)"
+            }
             false => "that the true delay is in the scan",
         },
         measure: "it is outside by this many phase steps:",
