@@ -43,7 +43,8 @@ impl LongRun {
     /// None of several SPADs, of one whose arrivals prolong its dead time or whose afterpulses outlast it,
     /// and of one whose state equation is not solved.
     pub fn of(model: &DetectorModel) -> Option<LongRun> {
-        let afterpulsing = model.afterpulsing;
+        // One of no share is none.
+        let afterpulsing = model.afterpulsing.filter(|a| a.mean_per_avalanche > 0.0);
         let left = |a: Afterpulsing| (-model.dead_time_chips / a.time_constant_chips).exp();
         let is_alone = model.members().len() == 1 && !model.is_paralyzable;
         if !is_alone || model.dead_time_chips <= 0.0 || afterpulsing.map_or(0.0, left) > MOST_LEFT {
