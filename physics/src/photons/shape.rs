@@ -93,11 +93,6 @@ impl PulseShape {
     pub fn is_ideal(&self) -> bool {
         *self == PulseShape::ideal()
     }
-
-    /// Whether some light is let through at times only.
-    pub fn has_gates(&self) -> bool {
-        self.strands.iter().any(|strand| strand.gate.is_some())
-    }
 }
 
 /// Light with straight edges that lasts longer than its chips.
