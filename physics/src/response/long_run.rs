@@ -120,6 +120,7 @@ impl LongRun {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::photons::OptionalPart;
     use crate::response::chain::Chain;
     use crate::response::forward::{self, ReadyStates};
     use crate::scene::{DetectorIndex, load_with};
@@ -179,6 +180,12 @@ mod tests {
             &["detector.dead_time=1 us", "detector.recharge=passive"],
         ] {
             assert!(LongRun::of(&model(settings)).is_none(), "{settings:?}");
+        }
+        // Afterpulses that never come outlast nothing.
+        let none = "detector.afterpulsing={ probability = 0, time_constant = \"5 ns\" }";
+        let without = model(&["detector.dead_time=40 ns", none]);
+        for model in [without.with_neutral(OptionalPart::Afterpulsing), without] {
+            assert!(LongRun::of(&model).is_some(), "{:?}", model.afterpulsing);
         }
     }
 }

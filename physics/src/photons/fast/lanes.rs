@@ -1,13 +1,13 @@
 //! The inner loop: one wait, and mostly one avalanche, in every lane.
 
+use rand::RngExt;
+
 use super::afterpulses::Afterpulses;
 use super::arithmetic::{LANES, LONGEST_WAIT, LaneWords};
 use super::constant::ConstantLight;
 use super::domain::Tables;
 use super::excess::LaneExcessLight;
 use super::members::{LitMembers, Members};
-use rand::RngExt;
-
 use super::places::{LaneTimes, round_ticks, ticks, ticks_of_chips};
 use crate::photons::DetectorModel;
 use crate::photons::random::{RandomStream, StreamKey, scatter};
