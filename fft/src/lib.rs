@@ -7,52 +7,48 @@
 //! Transforms are not normalised: a forward and an inverse one of length n multiply
 //! by n. Element 0 is frequency 0.
 
-use std::fmt;
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use rustfft::FftPlanner;
 pub use rustfft::{Fft, FftNum, num_complex};
 
-/// Plans transforms in double precision, and keeps what they share.
-pub struct Planner(FftPlanner<f64>);
+/// Points of all plans that are kept, at most, unless one alone has more: some 20 MB.
+const MOST_POINTS: usize = 1 << 18;
 
-impl Planner {
-    /// A planner that has planned nothing yet.
-    pub fn new() -> Planner {
-        Planner(FftPlanner::new())
-    }
+/// A forward transform, and an inverse one times the length.
+pub type Pair<T> = [Arc<dyn Fft<T>>; 2];
 
-    /// The forward transform of `length` points.
-    pub fn forward(&mut self, length: usize) -> Arc<dyn Fft<f64>> {
-        self.0.plan_fft_forward(length)
-    }
-
-    /// The inverse transform of `length` points, times `length`.
-    pub fn inverse(&mut self, length: usize) -> Arc<dyn Fft<f64>> {
-        self.0.plan_fft_inverse(length)
-    }
+/// Plans by their lengths: to make one takes many times as long as a transform.
+#[derive(Default)]
+struct Plans {
+    pairs: HashMap<usize, Pair<f64>>,
+    points: usize,
 }
 
-impl Default for Planner {
-    fn default() -> Planner {
-        Planner::new()
+static PLANS: LazyLock<Mutex<Plans>> = LazyLock::new(Mutex::default);
+
+/// Transforms of `length` points in double precision, planned once as long as few lengths are asked for.
+pub fn pair(length: usize) -> Pair<f64> {
+    let mut plans = PLANS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(pair) = plans.pairs.get(&length) {
+        return pair.clone();
     }
-}
-
-impl fmt::Debug for Planner {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Planner")
+    if plans.points + length > MOST_POINTS {
+        *plans = Plans::default();
     }
+    let pair = planned(length);
+    plans.points += length;
+    plans.pairs.insert(length, pair.clone());
+    pair
 }
 
-/// Forward and inverse transform of `length` points in double precision.
-pub fn double_pair(length: usize) -> [Arc<dyn Fft<f64>>; 2] {
-    let mut planner = FftPlanner::new();
-    [planner.plan_fft_forward(length), planner.plan_fft_inverse(length)]
+/// The same in single precision, planned anew.
+pub fn single_pair(length: usize) -> Pair<f32> {
+    planned(length)
 }
 
-/// Forward and inverse transform of `length` points in single precision.
-pub fn single_pair(length: usize) -> [Arc<dyn Fft<f32>>; 2] {
+fn planned<T: FftNum>(length: usize) -> Pair<T> {
     let mut planner = FftPlanner::new();
     [planner.plan_fft_forward(length), planner.plan_fft_inverse(length)]
 }

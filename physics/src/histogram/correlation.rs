@@ -7,7 +7,6 @@
 use std::sync::Arc;
 
 use goldtof_fft::Fft;
-use goldtof_fft::Planner;
 use goldtof_fft::num_complex::Complex64;
 
 use super::Histogram;
@@ -67,8 +66,7 @@ impl HistogramCorrelator {
     /// A correlator for bins of `samples_per_chip` per chip of the (interleaved) code.
     pub fn new(code: &Code, samples_per_chip: u32) -> HistogramCorrelator {
         let length = code.chips.len();
-        let mut planner = Planner::new();
-        let (forward, inverse) = (planner.forward(length), planner.inverse(length));
+        let [forward, inverse] = goldtof_fft::pair(length);
         let sign = |&chip: &u8| Complex64::new(2.0 * f64::from(chip) - 1.0, 0.0);
         let mut spectrum: Vec<Complex64> = code.chips.iter().map(sign).collect();
         forward.process(&mut spectrum);

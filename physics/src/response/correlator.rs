@@ -13,7 +13,6 @@
 
 use std::sync::OnceLock;
 
-use goldtof_fft::Planner;
 use goldtof_fft::num_complex::Complex64;
 
 use super::column::{ChipColumn, Jitter};
@@ -206,8 +205,7 @@ impl ResponseTables {
 
     fn correlated(&self) -> Vec<f64> {
         let length = self.reference.length;
-        let mut planner = Planner::new();
-        let (forward, inverse) = (planner.forward(length), planner.inverse(length));
+        let [forward, inverse] = goldtof_fft::pair(length);
         let mut code: Vec<Complex64> = (0..length)
             .map(|i| Complex64::new(self.reference.signs[i], self.reference.falls[i]))
             .collect();

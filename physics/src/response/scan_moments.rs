@@ -20,7 +20,6 @@
 use std::sync::Arc;
 
 use goldtof_fft::Fft;
-use goldtof_fft::Planner;
 use goldtof_fft::num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -265,14 +264,9 @@ struct CodeCorrelation {
 impl CodeCorrelation {
     fn new(code: &[u8], lags: usize) -> CodeCorrelation {
         let length = code.len();
-        let mut planner = Planner::new();
-        let mut correlation = CodeCorrelation {
-            forward: planner.forward(length),
-            inverse: planner.inverse(length),
-            length,
-            signs: Vec::new(),
-            products: Vec::new(),
-        };
+        let [forward, inverse] = goldtof_fft::pair(length);
+        let mut correlation =
+            CodeCorrelation { forward, inverse, length, signs: Vec::new(), products: Vec::new() };
         let chi = |i: usize| 2.0 * f64::from(code[i % length]) - 1.0;
         correlation.signs = correlation.spectrum((0..length).map(chi));
         correlation.products = (0..lags)

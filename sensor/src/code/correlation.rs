@@ -3,7 +3,6 @@
 use std::borrow::Borrow;
 use std::collections::BTreeMap;
 
-use goldtof_fft::Planner;
 use goldtof_fft::num_complex::Complex;
 
 /// Periodic correlation of two codes of the same length L, at every lag:
@@ -77,8 +76,7 @@ fn chi(chip: u8) -> i64 {
 
 fn correlate_fft(a: &[u8], b: &[u8]) -> Vec<f64> {
     let length = a.len();
-    let mut planner = Planner::new();
-    let forward = planner.forward(length);
+    let [forward, inverse] = goldtof_fft::pair(length);
     let spectrum = |code: &[u8]| {
         let mut values: Vec<Complex<f64>> =
             code.iter().map(|&chip| Complex::new(chi(chip) as f64, 0.0)).collect();
@@ -90,7 +88,7 @@ fn correlate_fft(a: &[u8], b: &[u8]) -> Vec<f64> {
         .zip(spectrum(b))
         .map(|(a, b)| a.conj() * b / length as f64)
         .collect();
-    planner.inverse(length).process(&mut product);
+    inverse.process(&mut product);
     product.into_iter().map(|value| value.re).collect()
 }
 

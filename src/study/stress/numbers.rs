@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use goldtof_fft::num_complex::Complex;
-use goldtof_fft::{Fft, FftNum, double_pair, single_pair};
+use goldtof_fft::{Fft, FftNum, pair, single_pair};
 
 use super::prelude::*;
 
@@ -37,7 +37,7 @@ pub(super) const CASES: &[Case] = cases! {
     Numbers slow "fft-in-double-precision-is-exact":
         "largest distance from whole numbers, correlation of 1,048,575 chips by f64 FFT",
         "rounding grows as eps L log2 L at most, and 0.5 is where an integer would be lost",
-        |_| CaseMeasurement::largest([fft_error(20, double_pair)?], "of 1", 1e-6);
+        |_| CaseMeasurement::largest([fft_error(20, pair)?], "of 1", 1e-6);
     Numbers slow "fft-in-single-precision":
         "largest difference of the f32 from the f64 correlation of 1,048,575 chips, relative to \
          the peak",

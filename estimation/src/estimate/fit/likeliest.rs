@@ -14,13 +14,15 @@
 //! path is as high as the noise, however bright the path is. Unknowns beside, and the strength of few photons, of which bins
 //! without light tell all, take their directions out of m(h) - m.
 
+use std::iter;
+
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, Poisson, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::error::FitError;
-use crate::math::{NormalLaw, correlating};
+use crate::math::NormalLaw;
 
 /// Delays at which the likelihood is looked at: to so many standard deviations on either side, so many
 /// to each.
@@ -32,12 +34,15 @@ pub const DELAYS: i32 = 2 * REACH * DELAYS_PER_STD + 1;
 const WIDER: f64 = 1.3;
 /// So often, at most.
 const ROUNDS: usize = 4;
-/// Draws of normal sums, whose own error is 0.2 % of the standard deviation, and of photons, which take longer.
+/// Draws of normal sums, and of photons, which take longer. The draws' own error is 0.6 % of the standard deviation, and less the
+/// more of it is linear in the errors.
 const DRAWS: usize = 16_000;
 const DRAWS_OF_PHOTONS: usize = 4_000;
 /// As many as one product of matrices gives.
 const DRAWS_AT_ONCE: usize = 250;
-/// Of these one of so many at least has to find the path, for its statistics.
+/// What normal sums may lack of the variance of each: a thousandth of its standard deviation.
+const LEFT_OUT: f64 = 1e-6;
+/// Of draws one of so many at least has to find the path, for its statistics.
 const LEAST_FOUND: usize = 10;
 /// Sums over fewer photons that tell of the delay are not taken as normal. Of 1.7 million detections a second in 126 bins the
 /// likeliest delay scatters by 41 mm in 151 us, where normal sums have 52, and by 20 in 605 us, where they have 22 (a test).
@@ -223,13 +228,65 @@ struct StrengthThere {
 }
 
 impl Likelier {
-    /// With what errors add to the likelihood, and, next, in the direction of the strength: of the likeliest strength.
-    fn with(&self, errors: &mut impl Iterator<Item = f64>) -> f64 {
-        let likelier = self.gain + errors.next().unwrap_or_default();
-        let Some(StrengthThere { along, height }) = self.strength else { return likelier };
-        let more = errors.next().unwrap_or_default() - along;
-        let higher = more.max(-height);
-        likelier + (more - 0.5 * higher) * higher
+    /// Of each draw, with what its errors add to the likelihood, and, next, in the direction of the strength: of the
+    /// likeliest strength.
+    fn with<'a>(&self, mut errors: impl Iterator<Item = &'a [f64]>, likelihood: &mut Vec<f64>) {
+        likelihood.clear();
+        let of_delay = errors.next().unwrap_or_default();
+        let Some(StrengthThere { along, height }) = self.strength else {
+            return likelihood.extend(of_delay.iter().map(|error| self.gain + error));
+        };
+        let of_strength = errors.next().unwrap_or_default();
+        likelihood.extend(of_delay.iter().zip(of_strength).map(|(error, of_strength)| {
+            let more = of_strength - along;
+            let higher = if more > -height { more } else { -height };
+            self.gain + error + (more - 0.5 * higher) * higher
+        }));
+    }
+}
+
+/// Of each draw the largest likelihood of the delays that have been looked at, in their order, and those of the two delays
+/// beside it.
+struct Maxima {
+    largest: Vec<f64>,
+    at: Vec<usize>,
+    before: Vec<f64>,
+    after: Vec<f64>,
+    last: Vec<f64>,
+}
+
+impl Maxima {
+    fn of(draws: usize) -> Maxima {
+        let none = vec![f64::NEG_INFINITY; draws];
+        let [largest, before, after, last] = [&none; 4].map(Vec::clone);
+        Maxima { largest, at: vec![0; draws], before, after, last }
+    }
+
+    fn look_at(&mut self, at: usize, likelihood: &[f64]) {
+        for (draw, &here) in likelihood.iter().enumerate() {
+            if self.at[draw] + 1 == at {
+                self.after[draw] = here;
+            }
+            if here > self.largest[draw] {
+                self.largest[draw] = here;
+                self.before[draw] = self.last[draw];
+                self.at[draw] = at;
+            }
+        }
+        self.last.copy_from_slice(likelihood);
+    }
+
+    /// Where they are: between delays by the parabola through three of them.
+    fn delays(&self, delays: &[f64]) -> impl Iterator<Item = f64> {
+        self.at.iter().enumerate().map(|(draw, &at)| {
+            if at == 0 || at + 1 == delays.len() {
+                return delays[at];
+            }
+            let (before, after) = (self.before[draw], self.after[draw]);
+            let bend = 2.0 * self.largest[draw] - before - after;
+            let share = if bend > 0.0 { 0.5 * (after - before) / bend } else { 0.0 };
+            delays[at] + share * (delays[at + 1] - delays[at])
+        })
     }
 }
 
@@ -245,13 +302,17 @@ fn drawn(
 ) -> Option<NormalLaw> {
     let information = places[0].norm_squared();
     let errors = Errors::new(scatter, places)?;
-    let [mut linear, mut likeliest] = [Vec::new(), Vec::new()];
+    let [mut linear, mut likeliest, mut likelihood] = [const { Vec::new() }; 3];
     errors.draw(&mut Xoshiro256PlusPlus::seed_from_u64(SEED), |sums| {
-        linear.push(sums[0] / information);
-        let mut of_delays = sums[1..].iter().copied();
-        let likelihood: Vec<f64> =
-            likelier.iter().map(|delay| delay.with(&mut of_delays)).collect();
-        likeliest.push(maximum(delays, &likelihood));
+        let mut places = sums.as_slice().chunks_exact(DRAWS_AT_ONCE);
+        let of_slope = places.next().unwrap_or_default();
+        linear.extend(of_slope.iter().map(|sum| sum / information));
+        let mut maxima = Maxima::of(DRAWS_AT_ONCE);
+        for (at, delay) in likelier.iter().enumerate() {
+            delay.with(&mut places, &mut likelihood);
+            maxima.look_at(at, &likelihood);
+        }
+        likeliest.extend(maxima.delays(delays));
     });
     let least_found = linear.len() / LEAST_FOUND;
     likeliest.retain(|delay| delay.abs() < found_within);
@@ -270,7 +331,7 @@ fn drawn(
 
 /// What errors of the counts add to the slope and to each likelihood.
 enum Errors {
-    /// Sums of so many errors that they are normal: the factor of their covariance.
+    /// Sums of so many errors that they are normal: a factor of their covariance, transposed.
     Normal(DMatrix<f64>),
     /// Of few photons: what one in each bin adds, bin by bin, and the mean of it all.
     Photons { fall: Fall, each: DMatrix<f64>, mean: DVector<f64> },
@@ -298,37 +359,67 @@ impl Errors {
         }
         let places = DMatrix::from_columns(places);
         let covariance = places.tr_mul(&places);
-        let rows: Vec<Vec<f64>> =
-            covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
-        let factor = correlating(&rows, 0.0)?;
-        let entry = |row: usize, column: usize| factor[row].get(column).copied().unwrap_or(0.0);
-        Some(Errors::Normal(DMatrix::from_fn(rows.len(), rows.len(), entry)))
+        Some(Errors::Normal(few_columns(&covariance, LEFT_OUT)?.transpose()))
     }
 
-    /// Gives `each_draw` the sums of one scan's errors after another's.
-    fn draw(&self, rng: &mut Xoshiro256PlusPlus, mut each_draw: impl FnMut(&[f64])) {
+    /// Gives `each_block` the sums of the errors of as many scans as are drawn at once: a row for each scan.
+    fn draw(&self, rng: &mut Xoshiro256PlusPlus, mut each_block: impl FnMut(&DMatrix<f64>)) {
         match self {
             Errors::Normal(factor) => {
-                let places = factor.nrows();
                 for _ in 0..DRAWS / DRAWS_AT_ONCE {
                     let of_draw = |_, _| StandardNormal.sample(rng);
-                    let sums = factor * DMatrix::from_fn(places, DRAWS_AT_ONCE, of_draw);
-                    sums.as_slice().chunks_exact(places).for_each(&mut each_draw);
+                    each_block(
+                        &(DMatrix::from_fn(DRAWS_AT_ONCE, factor.nrows(), of_draw) * factor),
+                    );
                 }
             }
             Errors::Photons { fall, each, mean } => {
                 let places = mean.len();
-                for _ in 0..DRAWS_OF_PHOTONS {
-                    let mut sums: Vec<f64> = mean.iter().map(|mean| -mean).collect();
-                    fall.draw(rng, |bin, photons| {
-                        let one = &each.as_slice()[bin * places..][..places];
-                        sums.iter_mut().zip(one).for_each(|(sum, one)| *sum += photons * one);
-                    });
-                    each_draw(&sums);
+                for _ in 0..DRAWS_OF_PHOTONS / DRAWS_AT_ONCE {
+                    let scans: Vec<_> = iter::repeat_with(|| {
+                        let mut sums = -mean;
+                        fall.draw(rng, |bin, photons| {
+                            let one = &each.as_slice()[bin * places..][..places];
+                            sums.iter_mut().zip(one).for_each(|(sum, one)| *sum += photons * one);
+                        });
+                        sums.transpose()
+                    })
+                    .take(DRAWS_AT_ONCE)
+                    .collect();
+                    each_block(&DMatrix::from_rows(&scans));
                 }
             }
         }
     }
+}
+
+/// F of few columns: F F^T is the covariance of some numbers but for at most the share `left_out` of the variance of each, so
+/// that F z has it if z is of independent standard normal numbers. By Cholesky's method, of the number of which the
+/// largest share is left. `None` where a covariance is not finite, or nothing varies.
+fn few_columns(covariance: &DMatrix<f64>, left_out: f64) -> Option<DMatrix<f64>> {
+    if !covariance.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
+    let variances = covariance.diagonal();
+    let varying: Vec<usize> = (0..variances.len()).filter(|&at| variances[at] > 0.0).collect();
+    let mut left = variances.clone();
+    let mut columns: Vec<DVector<f64>> = Vec::new();
+    while columns.len() < varying.len() {
+        let share = |at: usize| left[at] / variances[at];
+        let most = varying.iter().copied().max_by(|&a, &b| share(a).total_cmp(&share(b)))?;
+        if share(most) <= left_out {
+            break;
+        }
+        let mut column = covariance.column(most).clone_owned();
+        for before in &columns {
+            column.axpy(-before[most], before, 1.0);
+        }
+        column /= left[most].sqrt();
+        left -= column.component_mul(&column);
+        left[most] = 0.0;
+        columns.push(column);
+    }
+    (!columns.is_empty()).then(|| DMatrix::from_columns(&columns))
 }
 
 impl Fall {
@@ -380,19 +471,6 @@ pub fn photons_that_tell(slopes: &[f64], means: &[f64]) -> f64 {
     let lit = || slopes.iter().zip(means).filter(|(_, mean)| **mean > 0.0);
     let told: f64 = lit().map(|(slope, _)| slope * slope).sum();
     told * told / lit().map(|(slope, mean)| slope.powi(4) / mean).sum::<f64>()
-}
-
-/// Where a likelihood is largest, between delays by the parabola through three of them.
-fn maximum(delays: &[f64], likelihood: &[f64]) -> f64 {
-    let largest = (0..delays.len()).max_by(|&a, &b| likelihood[a].total_cmp(&likelihood[b]));
-    let at = largest.unwrap_or_default();
-    if at == 0 || at + 1 == delays.len() {
-        return delays[at];
-    }
-    let [before, here, after] = [at - 1, at, at + 1].map(|at| likelihood[at]);
-    let bend = 2.0 * here - before - after;
-    let share = if bend > 0.0 { 0.5 * (after - before) / bend } else { 0.0 };
-    delays[at] + share * (delays[at + 1] - delays[at])
 }
 
 #[cfg(test)]
@@ -468,5 +546,25 @@ mod tests {
         let std = (4.0 * larger(2) + larger(2) - mean * mean).sqrt();
         assert!((found.mean - mean).abs() < 0.06, "{found:?} {mean}");
         assert!((found.std / std - 1.0).abs() < 0.06, "{found:?} {std}");
+    }
+
+    /// Numbers that three others determine have three columns, of which one has hardly any of its own, two.
+    #[test]
+    fn numbers_that_a_few_determine_have_as_many_columns() {
+        let of = |least: f64| {
+            let made = DMatrix::from_fn(40, 3, |row, column| {
+                let row = row as f64;
+                [row.cos(), 5.0 * row.sin(), least * (2.0 * row).cos()][column]
+            });
+            let covariance = &made * made.transpose();
+            let few = few_columns(&covariance, 1e-6).expect("numbers that vary");
+            let missing = (&few * few.transpose() - &covariance).diagonal();
+            (few.ncols(), missing.component_div(&covariance.diagonal()).amax())
+        };
+        let (columns, missing) = of(1.0);
+        assert!(columns == 3 && missing < 1e-12, "{columns} {missing}");
+        let (columns, missing) = of(1e-4);
+        assert!(columns == 2 && missing < 1e-6, "{columns} {missing}");
+        assert!(few_columns(&DMatrix::zeros(2, 2), 1e-6).is_none());
     }
 }

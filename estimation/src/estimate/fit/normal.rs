@@ -36,10 +36,14 @@ impl Normal {
         let information =
             |i: usize, j: usize| dot(&columns[i], &columns[j]) * scales[i] * scales[j];
         let size = columns.len();
-        let mut matrix = DMatrix::from_fn(size, size, information);
-        for entry in 0..size {
-            matrix[(entry, entry)] += damping;
+        let mut matrix = DMatrix::zeros(size, size);
+        for column in 0..size {
+            for row in column..size {
+                matrix[(row, column)] = information(row, column);
+            }
+            matrix[(column, column)] += damping;
         }
+        matrix.fill_upper_triangle_with_lower_triangle();
         let normal = Normal {
             gradient: DVector::from_fn(size, |i, _| dot(&columns[i], residuals) * scales[i]),
             inverse: inverse(matrix.clone())?,

@@ -1,8 +1,5 @@
 //! Signed counts of a scan that light of a code adds, to first order.
 
-use std::cell::RefCell;
-
-use goldtof_fft::Planner;
 use goldtof_fft::num_complex::Complex64;
 
 use crate::code::{Code, correlate};
@@ -73,22 +70,19 @@ impl Template {
     }
 }
 
-thread_local! {
-    /// Keeps its plans: to make one takes longer than a transform.
-    static PLANNER: RefCell<Planner> = RefCell::default();
-}
-
 /// Spectrum of values.
 pub fn spectrum(values: impl Iterator<Item = f64>) -> Vec<Complex64> {
     let mut spectrum: Vec<Complex64> = values.map(Complex64::from).collect();
-    PLANNER.with_borrow_mut(|planner| planner.forward(spectrum.len())).process(&mut spectrum);
+    let [forward, _] = goldtof_fft::pair(spectrum.len());
+    forward.process(&mut spectrum);
     spectrum
 }
 
 /// The real values of a spectrum.
 pub fn real(mut spectrum: Vec<Complex64>) -> Vec<f64> {
     let length = spectrum.len();
-    PLANNER.with_borrow_mut(|planner| planner.inverse(length)).process(&mut spectrum);
+    let [_, inverse] = goldtof_fft::pair(length);
+    inverse.process(&mut spectrum);
     spectrum.iter().map(|value| value.re / length as f64).collect()
 }
 

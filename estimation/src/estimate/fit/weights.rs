@@ -209,12 +209,15 @@ impl Weights {
 
     /// Numbers of unit covariance that counts stand for.
     pub fn whitened(&self, column: &DerivativeColumn) -> Vec<f64> {
-        let alone = column.iter().zip(&self.factors);
-        let alone = alone.flat_map(|(count, &[a, b, c])| {
-            let both = [a * count.signed, b * count.signed + c * count.total];
-            both.into_iter().take(self.numbers_of_step)
-        });
-        alone.chain(self.together.iter().flat_map(|together| together.whitened(column))).collect()
+        let mut whitened = Vec::with_capacity(self.values());
+        for (count, &[a, b, c]) in column.iter().zip(&self.factors) {
+            whitened.push(a * count.signed);
+            if self.numbers_of_step == 2 {
+                whitened.push(b * count.signed + c * count.total);
+            }
+        }
+        whitened.extend(self.together.iter().flat_map(|together| together.whitened(column)));
+        whitened
     }
 }
 
