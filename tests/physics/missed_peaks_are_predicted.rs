@@ -3,7 +3,7 @@
 
 use goldtof::Jobs as _;
 use goldtof::code::{Code, CodeSpec, Family};
-use goldtof::scene::{EstimatorKind, Path, Scene, load_with};
+use goldtof::scene::{Architecture, EstimatorKind, Path, Scene, load_with};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
 use optics_support::{code, gold, gold_5, gold_11, table_i_scene};
@@ -107,6 +107,20 @@ fn windows_paths_and_samples() {
         s.paths.push(second);
     });
     check("paths a chip apart", &two, Tier::Events, 1_500);
+    // No wrong step ever counts most, but the phase goes from one path to the other.
+    let merged = with(scene(gold_5(), 2.4, 100.4, 12_500), |s| {
+        let second = Path { delay_ps: 105_400.0, ..s.paths[0].clone() };
+        s.paths.push(second);
+    });
+    check("paths whose peaks are one", &merged, Tier::Events, 800);
+    // Of a histogram's two phase steps that lead each leads to another of the paths.
+    let of_histogram = with(merged, |s| {
+        s.samples_per_chip = 2;
+        s.scan.steps = 62;
+        s.scan.steps_per_period = 62;
+        s.hardware.architecture = Architecture::Histogram;
+    });
+    check("a histogram of them", &of_histogram, Tier::Sampled, 400);
 }
 
 #[test]

@@ -161,8 +161,17 @@ impl<'e, 'm> ExpectedHistogram<'e, 'm> {
             return Ok(predicted);
         }
         let covariance = |steps: &[Step]| self.covariance(steps);
-        let errors = missed::drawn_errors_of_values_ps(values, covariance, asked, answer.peak)?;
-        Ok(predicted.with_drawn_errors_ps(errors))
+        let drawn = missed::drawn_errors_of_values(values, covariance, asked, answer.peak)?;
+        let found = drawn.as_ref().filter(|_| failures < SURELY_FOUND);
+        let predicted = match found {
+            // Where the steps that may lead do not all lead to the path, no one phase tells how many do.
+            Some(drawn) => Prediction {
+                missed_fraction: Some(1.0 - drawn.found_fraction + failures),
+                ..predicted
+            },
+            None => predicted,
+        };
+        Ok(predicted.with_drawn_errors(drawn))
     }
 
     /// What a count adds to the values, on average over all bins.

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use super::approximation::Approximation;
-use super::missed::counted_errors_ps;
+use super::missed::{DrawnErrors, counted_errors_ps};
 use super::phase::{CoarseOnly, Estimate, estimate_at, first_maximum, fundamental, window_indices};
 use super::truth::Asked;
 use super::{delay_error_ps, distance_m};
@@ -70,8 +70,8 @@ impl Prediction {
     }
 
     /// With bias and standard deviation of the delay, in ps, from drawn scans, if there are any.
-    pub(super) fn with_drawn_errors_ps(self, errors: Option<(f64, f64)>) -> Prediction {
-        let Some((mean_ps, std_ps)) = errors else { return self };
+    pub(super) fn with_drawn_errors(self, drawn: Option<DrawnErrors>) -> Prediction {
+        let Some((mean_ps, std_ps)) = drawn.and_then(|drawn| drawn.errors_ps) else { return self };
         let [bias_m, std_m] = [mean_ps, std_ps].map(distance_m);
         Prediction { bias_m, std_m, is_drawn: true, ..self }
     }

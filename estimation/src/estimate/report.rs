@@ -332,19 +332,18 @@ impl<'s> Reporter<'s> {
         let Estimator { sensor, detector, .. } = self.estimator;
         let (ExpectedErrors { bias_m, std_m }, missed) = match sensor.scene().estimator {
             EstimatorKind::Fft => self.expected_phase(path, of_steps)?,
-            EstimatorKind::Model => (self.expected_fit(path)?, self.missed_by_fit(path)),
+            EstimatorKind::Model => {
+                let missed = self.missed_by_fit(path);
+                let missed = missed.map(|share| (share, share_error(sensor, share, false)));
+                (self.expected_fit(path)?, missed)
+            }
         };
         let delay_std_ps = sensor.scene().detectors[detector].delay_std_ps;
         let std_m = std_m.hypot(distance_m(delay_std_ps));
-        let missed = missed.map(|share| (share, share_error(sensor, share)));
         Ok((ExpectedErrors { bias_m, std_m }, missed))
     }
 
-    fn expected_phase(
-        &self,
-        path: PathIndex,
-        of_steps: bool,
-    ) -> Result<(ExpectedErrors, Option<f64>), String> {
+    fn expected_phase(&self, path: PathIndex, of_steps: bool) -> ExpectedOfPath {
         let Estimator { sensor, detector, tier, .. } = self.estimator;
         let of_its_steps;
         let expected = match of_steps && self.estimator.is_histogram() {
@@ -358,8 +357,9 @@ impl<'s> Reporter<'s> {
         let expected = expected.as_ref().map_err(ToString::to_string)?;
         let range_m = distance_m(sensor.code_period_of_path_ps(path));
         check_normal(expected.std_m, range_m).map_err(|spread| spread.to_string())?;
-        let Prediction { bias_m, std_m, missed_fraction, .. } = *expected;
-        Ok((ExpectedErrors { bias_m, std_m }, missed_fraction))
+        let Prediction { bias_m, std_m, missed_fraction, is_drawn, .. } = *expected;
+        let missed = missed_fraction.map(|share| (share, share_error(sensor, share, is_drawn)));
+        Ok((ExpectedErrors { bias_m, std_m }, missed))
     }
 
     /// The share of scans of which the fit misses a path; `None` where the phase does so seldom.

@@ -34,7 +34,7 @@ pub(super) fn predict_from(
     if linear.is_linear() || missed::errors_wrap(asked.sensor, asked.path) {
         return Ok(linear);
     }
-    Ok(linear.with_drawn_errors_ps(missed::drawn_errors_ps(counts, asked, answer.peak)))
+    Ok(linear.with_drawn_errors(missed::drawn_errors(counts, asked, answer.peak)))
 }
 
 /// [`Prediction::missed_fraction`], also where there is only a coarse estimate.

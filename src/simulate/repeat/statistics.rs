@@ -41,7 +41,8 @@ pub fn statistics(
         let of_scans = |count: u64| (tally.scans > 0).then(|| count as f64 / tally.scans as f64);
         let (bound_m, bound_kind, bound_remark) =
             bound_and_remark(ranging.sensor, path, ranging.counting, &theory.bound);
-        let with_error = |share| (share, share_error(ranging.sensor, share));
+        let are_errors_drawn = theory.predictions[place].as_ref().is_ok_and(|told| told.is_drawn);
+        let with_error = |share| (share, share_error(ranging.sensor, share, are_errors_drawn));
         let expectation = Expectation {
             errors: expected[place].as_ref().ok().copied(),
             missed: missed[place].map(with_error),

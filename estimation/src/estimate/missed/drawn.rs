@@ -32,16 +32,16 @@ const NEAR_CHIPS: f64 = 3.0;
 
 /// Scans drawn for errors: standard errors of 1.1 % of a standard deviation for the bias, 0.8 %
 /// for the standard deviation.
-const SCANS_FOR_ERRORS: u64 = 8_000;
+pub(super) const SCANS_FOR_ERRORS: u64 = 8_000;
 const SEED_FOR_ERRORS: u64 = 0x6e65_6172;
 /// Fewer scans that find the path have no statistics.
 const LEAST_FOUND: usize = 400;
 
-/// Counts that go together: normal numbers L z, each bent to its step's law.
-struct DrawnTogether {
+/// Counts that are drawn one after the other: normal numbers, each bent to its step's law.
+struct DrawnCounts {
     laws: Vec<Bent>,
-    /// L.
-    factor: Vec<Vec<f64>>,
+    /// L, of counts that go together: their normal numbers are L z.
+    factor: Option<Vec<Vec<f64>>>,
 }
 
 /// mean + std (c0 + c1 z + c2 z^2 + c3 z^3), of counts the nearest whole number.
@@ -52,14 +52,14 @@ struct Bent {
     is_count: bool,
 }
 
-impl DrawnTogether {
+impl DrawnCounts {
     /// Counts with some laws that go together as `covariance` says; none where that has no finite
     /// numbers.
-    fn of(laws: &[CountLaw], covariance: &[Vec<f64>]) -> Option<DrawnTogether> {
-        DrawnTogether::bent(laws.iter().map(Bent::of).collect(), covariance)
+    fn together(laws: &[CountLaw], covariance: &[Vec<f64>]) -> Option<DrawnCounts> {
+        DrawnCounts::bent(laws.iter().map(Bent::of).collect(), covariance)
     }
 
-    fn bent(laws: Vec<Bent>, covariance: &[Vec<f64>]) -> Option<DrawnTogether> {
+    fn bent(laws: Vec<Bent>, covariance: &[Vec<f64>]) -> Option<DrawnCounts> {
         let correlation = |a: usize, b: usize| {
             let variances = covariance[a][a] * covariance[b][b];
             if variances > 0.0 { covariance[a][b] / variances.sqrt() } else { 0.0 }
@@ -67,30 +67,24 @@ impl DrawnTogether {
         let row = |a: usize| (0..laws.len()).map(|b| correlation(a, b)).collect();
         let correlations: Vec<Vec<f64>> = (0..laws.len()).map(row).collect();
         let factor = correlating(&correlations, 0.0)?;
-        Some(DrawnTogether { laws, factor })
+        Some(DrawnCounts { laws, factor: Some(factor) })
     }
 
-    /// A count that goes with no other.
-    fn alone(law: &CountLaw) -> DrawnTogether {
-        DrawnTogether { laws: vec![Bent::of(law)], factor: vec![vec![1.0]] }
+    /// Counts none of which goes with another.
+    fn alone(laws: impl Iterator<Item = CountLaw>) -> DrawnCounts {
+        DrawnCounts { laws: laws.map(|law| Bent::of(&law)).collect(), factor: None }
     }
 
-    /// One count after the other. `normal` keeps the place of their normal numbers.
-    fn draw<'a>(
-        &'a self,
-        rng: &mut Xoshiro256PlusPlus,
-        normal: &'a mut Vec<f64>,
-    ) -> impl Iterator<Item = f64> + 'a {
+    /// Gives `each` one count after the other. `normal` keeps the place of their normal numbers.
+    fn draw(&self, rng: &mut Xoshiro256PlusPlus, normal: &mut Vec<f64>, mut each: impl FnMut(f64)) {
+        let Some(factor) = &self.factor else {
+            return self.laws.iter().for_each(|law| each(law.bend(StandardNormal.sample(rng))));
+        };
         normal.clear();
         normal.extend(self.laws.iter().map(|_| -> f64 { StandardNormal.sample(rng) }));
-        let normal = normal.as_slice();
-        self.laws.iter().zip(&self.factor).map(move |(law, row)| {
-            let z: f64 = row.iter().zip(normal).map(|(f, z)| f * z).sum();
-            let [c0, c1, c2, c3] = law.deviation;
-            let deviation = c0 + z * (c1 + z * (c2 + z * c3));
-            let value = law.mean + law.std * deviation;
-            if law.is_count { value.round() } else { value }
-        })
+        for (law, row) in self.laws.iter().zip(factor) {
+            each(law.bend(row.iter().zip(&*normal).map(|(f, z)| f * z).sum()));
+        }
     }
 }
 
@@ -103,6 +97,14 @@ impl Bent {
     fn normal(mean: f64, variance: f64) -> Bent {
         let std = variance.max(0.0).sqrt();
         Bent { mean, std, deviation: [0.0, 1.0, 0.0, 0.0], is_count: false }
+    }
+
+    /// The value that a standard normal number stands for.
+    fn bend(&self, z: f64) -> f64 {
+        let [c0, c1, c2, c3] = self.deviation;
+        let deviation = c0 + z * (c1 + z * (c2 + z * c3));
+        let value = self.mean + self.std * deviation;
+        if self.is_count { value.round() } else { value }
     }
 }
 
@@ -117,7 +119,9 @@ pub(super) fn missed(counts: &ExpectedCounts, target: &MissConditions) -> Option
     let draws = (0..scans).into_par_iter().filter(|scan| {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + scan);
         let (mut values, mut normal) = (Vec::with_capacity(counts.means.len()), Vec::new());
-        groups.iter().for_each(|group| values.extend(group.draw(&mut rng, &mut normal)));
+        for group in &groups {
+            group.draw(&mut rng, &mut normal, |value| values.push(value));
+        }
         target.found_in(&values, shape.as_ref())
     });
     Some(1.0 - draws.count() as f64 / scans as f64)
@@ -152,11 +156,11 @@ impl MissConditions<'_> {
     }
 }
 
-fn groups_of_scan(counts: &ExpectedCounts, target: &MissConditions) -> Option<Vec<DrawnTogether>> {
+fn groups_of_scan(counts: &ExpectedCounts, target: &MissConditions) -> Option<Vec<DrawnCounts>> {
     let model = counts.model();
     let laws = laws(counts, target.spad());
     if model.timing.parallel == 1 {
-        return Some(laws.iter().map(DrawnTogether::alone).collect());
+        return Some(vec![DrawnCounts::alone(laws.into_iter())]);
     }
     let reach_ps = target.asked.sensor.clock().ps(NEAR_CHIPS);
     let is_near = |group: scan::Group| {
@@ -178,38 +182,45 @@ fn groups_of_scan(counts: &ExpectedCounts, target: &MissConditions) -> Option<Ve
             }
         };
         let laws: Vec<CountLaw> = steps.iter().map(|&step| laws[step.index()]).collect();
-        DrawnTogether::of(&laws, &moments.covariance)
+        DrawnCounts::together(&laws, &moments.covariance)
     };
     (0..model.timing.groups()).into_par_iter().map(group).collect()
 }
 
-/// Mean and standard deviation of the delay's errors, in ps, of scans whose largest count is
-/// [near](MissConditions::leading) step `peak`; none where few of those have a fine estimate.
-pub(super) fn errors_ps(
+/// What scans say of a path whose largest count is [near](MissConditions::leading) a step.
+pub struct DrawnErrors {
+    /// Share of those that find the path with a fine estimate.
+    pub found_fraction: f64,
+    /// Mean and standard deviation of these estimates' errors, in ps; none where they are few.
+    pub errors_ps: Option<(f64, f64)>,
+}
+
+/// Of counts whose largest is near step `peak`.
+pub(super) fn errors(
     counts: &ExpectedCounts,
     target: &MissConditions,
     peak: usize,
-) -> Option<(f64, f64)> {
+) -> Option<DrawnErrors> {
     let near = target.near(peak);
     let groups = groups_of_steps(counts, target, &near, peak)?;
-    errors_of_groups_ps(&counts.signed(), &groups, target, peak)
+    errors_of_groups(&counts.signed(), &groups, target, peak)
 }
 
 /// The same of normal values of all phase steps, of which those near the peak have the covariance
 /// that `covariance` gives for them.
-pub(super) fn errors_of_values_ps<E>(
+pub(super) fn errors_of_values<E>(
     values: &[f64],
     covariance: impl FnOnce(&[Step]) -> Result<Vec<Vec<f64>>, E>,
     target: &MissConditions,
     peak: usize,
-) -> Result<Option<(f64, f64)>, E> {
+) -> Result<Option<DrawnErrors>, E> {
     let near = target.near(peak);
     let steps: Vec<Step> = near.iter().map(|&step| Step::at(step)).collect();
     let covariance = covariance(&steps)?;
     let laws =
         near.iter().enumerate().map(|(i, &step)| Bent::normal(values[step], covariance[i][i]));
-    let group = DrawnTogether::bent(laws.collect(), &covariance);
-    Ok(group.and_then(|group| errors_of_groups_ps(values, &[group], target, peak)))
+    let group = DrawnCounts::bent(laws.collect(), &covariance);
+    Ok(group.and_then(|group| errors_of_groups(values, &[group], target, peak)))
 }
 
 impl MissConditions<'_> {
@@ -233,12 +244,12 @@ impl MissConditions<'_> {
     }
 }
 
-fn errors_of_groups_ps(
+fn errors_of_groups(
     expected: &[f64],
-    groups: &[DrawnTogether],
+    groups: &[DrawnCounts],
     target: &MissConditions,
     peak: usize,
-) -> Option<(f64, f64)> {
+) -> Option<DrawnErrors> {
     let timing = target.asked.sensor.timing();
     let leading = around(&timing.scan, peak, target.leading());
     let near = target.near(peak);
@@ -246,8 +257,11 @@ fn errors_of_groups_ps(
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED_FOR_ERRORS + scan);
         let mut steps = near.iter();
         for group in groups {
-            let drawn = group.draw(&mut rng, normal).zip(steps.by_ref());
-            drawn.for_each(|(value, &step)| values[step] = value);
+            group.draw(&mut rng, normal, |value| {
+                if let Some(&step) = steps.next() {
+                    values[step] = value;
+                }
+            });
         }
         let largest = leading
             .iter()
@@ -265,7 +279,11 @@ fn errors_of_groups_ps(
     let count = errors_ps.len() as f64;
     let mean = errors_ps.iter().sum::<f64>() / count;
     let squares = errors_ps.iter().map(|error| (error - mean).powi(2)).sum::<f64>();
-    (errors_ps.len() >= LEAST_FOUND).then(|| (mean, (squares / (count - 1.0)).sqrt()))
+    let are_enough = errors_ps.len() >= LEAST_FOUND;
+    Some(DrawnErrors {
+        found_fraction: count / SCANS_FOR_ERRORS as f64,
+        errors_ps: are_enough.then(|| (mean, (squares / (count - 1.0)).sqrt())),
+    })
 }
 
 /// Counts of some steps near a peak, in the scan's order: those of a group go together.
@@ -277,7 +295,7 @@ fn groups_of_steps(
     target: &MissConditions,
     near: &[usize],
     peak: usize,
-) -> Option<Vec<DrawnTogether>> {
+) -> Option<Vec<DrawnCounts>> {
     let timing = &counts.model().timing;
     let law = |step: usize, variance: f64| {
         CountLaw::of(target.spad(), &counts.means[step], variance.max(0.0))
@@ -287,7 +305,7 @@ fn groups_of_steps(
         let nearest = near.iter().map(|&step| nearest_within(&timing.scan, peak, step, chip));
         let moments = counts.second.of_steps(&nearest.collect::<Vec<_>>());
         let laws = near.iter().zip(moments).map(|(&step, of)| law(step, of.signed_variance));
-        return Some(laws.map(|law| DrawnTogether::alone(&law)).collect());
+        return Some(vec![DrawnCounts::alone(laws)]);
     }
     let group = |step: usize| timing.grouping().group_of(Step::at(step));
     let groups = near.chunk_by(|&a, &b| group(a) == group(b));
@@ -295,7 +313,7 @@ fn groups_of_steps(
         let steps: Vec<Step> = own.iter().map(|&step| Step::at(step)).collect();
         let covariance = counts.second.of_steps_together(&steps).covariance;
         let laws = own.iter().enumerate().map(|(lane, &step)| law(step, covariance[lane][lane]));
-        DrawnTogether::of(&laws.collect::<Vec<_>>(), &covariance)
+        DrawnCounts::together(&laws.collect::<Vec<_>>(), &covariance)
     });
     drawn.collect()
 }

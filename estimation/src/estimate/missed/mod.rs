@@ -10,13 +10,14 @@ mod largest;
 mod target;
 mod wedge;
 
+pub(super) use self::drawn::DrawnErrors;
 use self::target::MissConditions;
 pub(super) use self::target::{counted_errors_ps, errors_wrap};
 use super::expected_counts::ExpectedCounts;
 use super::phase::is_one_window;
 use super::truth::Asked;
 use crate::scan::Step;
-use crate::scene::EstimatorKind;
+use crate::scene::{Architecture, EstimatorKind};
 use crate::sensor::Sensor;
 
 /// Shares of misses below this are not worked out any further than the sum of the
@@ -48,9 +49,11 @@ pub(super) fn missed_fraction(
     if is_model && !is_alone() {
         return None;
     }
-    // The bound does not account for it.
+    // The bound accounts for steps that are not the path's own, and not for the phase round these, which another path
+    // may turn.
     let one_window = is_one_window(sensor.timing());
-    if bound < NEGLIGIBLE && !one_window && target.finds_from(&counts.signed(), peak) {
+    let is_led = !one_window && target.is_alone() && target.finds_from(&counts.signed(), peak);
+    if bound < NEGLIGIBLE && is_led {
         return Some(bound);
     }
     // A peak as wide leads a fit to the path from much farther than the path's own chip: of starts that were farther, 4 % in
@@ -72,12 +75,12 @@ pub(super) fn missed_fraction(
 /// count is near step `peak`: drawn from the exact moments, with
 /// what the coarse stage's choice among several steps and large errors of the phase do. None
 /// where hardly any scan finds the path.
-pub(super) fn drawn_errors_ps(
+pub(super) fn drawn_errors(
     counts: &ExpectedCounts,
     asked: &Asked,
     peak: usize,
-) -> Option<(f64, f64)> {
-    drawn::errors_ps(counts, &MissConditions::new(asked), peak)
+) -> Option<DrawnErrors> {
+    drawn::errors(counts, &MissConditions::new(asked), peak)
 }
 
 /// The same of the values of a histogram's phase steps, taken as normal numbers: `covariance` gives
@@ -85,13 +88,13 @@ pub(super) fn drawn_errors_ps(
 ///
 /// # Errors
 /// As `covariance`.
-pub(super) fn drawn_errors_of_values_ps<E>(
+pub(super) fn drawn_errors_of_values<E>(
     values: &[f64],
     covariance: impl FnOnce(&[Step]) -> Result<Vec<Vec<f64>>, E>,
     asked: &Asked,
     peak: usize,
-) -> Result<Option<(f64, f64)>, E> {
-    drawn::errors_of_values_ps(values, covariance, &MissConditions::new(asked), peak)
+) -> Result<Option<DrawnErrors>, E> {
+    drawn::errors_of_values(values, covariance, &MissConditions::new(asked), peak)
 }
 
 /// Whether the share is counted in drawn scans.
@@ -99,12 +102,14 @@ fn is_drawn(sensor: &Sensor) -> bool {
     sensor.scene().estimator == EstimatorKind::Model || sensor.timing().parallel > 1
 }
 
-/// Error of an expected share of misses, where it is counted in drawn scans: four of its
-/// standard errors, and what none of them shows.
-pub fn share_error(sensor: &Sensor, share: f64) -> f64 {
-    if !is_drawn(sensor) {
-        return 0.0;
-    }
-    let scans = drawn::scans(sensor) as f64;
+/// Error of an expected share of misses, where it is counted in drawn scans, those of a histogram's phase with its errors: four
+/// of its standard errors, and what none of them shows.
+pub fn share_error(sensor: &Sensor, share: f64, are_errors_drawn: bool) -> f64 {
+    let is_histogram = sensor.scene().hardware.architecture == Architecture::Histogram;
+    let scans = match is_drawn(sensor) {
+        true => drawn::scans(sensor) as f64,
+        false if is_histogram && are_errors_drawn => drawn::SCANS_FOR_ERRORS as f64,
+        false => return 0.0,
+    };
     4.0 * (share * (1.0 - share) / scans).sqrt() + 10.0 / scans
 }

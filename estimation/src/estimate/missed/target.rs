@@ -58,13 +58,10 @@ impl Accepted {
 /// Normal errors of a path, in ps, that count for it: none beyond the tolerance, or nearer to
 /// another path. Of errors that wrap all count but those nearer to another path.
 pub(in crate::estimate) fn counted_errors_ps(asked: &Asked, errors_ps: NormalLaw) -> PartOfNormal {
-    let accepted = Accepted::of(asked);
-    let chip_period_ps = asked.sensor.clock().chip_period_ps;
-    let tolerance_ps = tolerance_ps(chip_period_ps, asked.code_period_ps());
-    let is_alone = accepted == Accepted { low_ps: -tolerance_ps, high_ps: tolerance_ps };
-    match is_alone && errors_wrap(asked.sensor, asked.path) {
+    let target = MissConditions::new(asked);
+    match target.is_alone() && errors_wrap(asked.sensor, asked.path) {
         true => PartOfNormal { share: 1.0, part: errors_ps },
-        false => errors_ps.within(accepted.low_ps, accepted.high_ps),
+        false => errors_ps.within(target.accepted.low_ps, target.accepted.high_ps),
     }
 }
 
@@ -91,6 +88,13 @@ impl<'a> MissConditions<'a> {
 
     pub(super) fn spad(&self) -> &Detector {
         &self.asked.sensor.scene().detectors[self.asked.detector]
+    }
+
+    /// Whether no other path of the same source is so near that it takes estimates from this one.
+    pub(super) fn is_alone(&self) -> bool {
+        let chip_period_ps = self.asked.sensor.clock().chip_period_ps;
+        let tolerance_ps = tolerance_ps(chip_period_ps, self.code_period_ps);
+        self.accepted == Accepted { low_ps: -tolerance_ps, high_ps: tolerance_ps }
     }
 
     /// How much later than the path a phase step is, in ps, the shorter way round.
