@@ -114,13 +114,15 @@ fn windows_paths_and_samples() {
     });
     check("paths whose peaks are one", &merged, Tier::Events, 800);
     // Of a histogram's two phase steps that lead each leads to another of the paths.
-    let of_histogram = with(merged, |s| {
+    let of_histogram = with(scene(gold_5(), 2.4, 100.27, 620_000), |s| {
         s.samples_per_chip = 2;
         s.scan.steps = 62;
         s.scan.steps_per_period = 62;
         s.hardware.architecture = Architecture::Histogram;
+        let second = Path { delay_ps: 99_470.0, transmission: 0.06, ..s.paths[0].clone() };
+        s.paths.push(second);
     });
-    check("a histogram of them", &of_histogram, Tier::Sampled, 400);
+    check("two steps of a histogram", &of_histogram, Tier::Counts, 800);
 }
 
 #[test]
