@@ -306,15 +306,20 @@ impl Errors {
     }
 
     /// Gives `each_draw` the sums of one scan's errors after another's.
-    fn draw(&self, rng: &mut Xoshiro256PlusPlus, mut each_draw: impl FnMut(&[f64])) {
+    fn draw(&self, rng: &mut Xoshiro256PlusPlus, mut each_draw: impl FnMut(&[f64]) + Send) {
         match self {
             Errors::Normal(factor) => {
                 let places = factor.nrows();
-                for _ in 0..DRAWS / DRAWS_AT_ONCE {
-                    let of_draw = |_, _| StandardNormal.sample(rng);
-                    let sums = factor * DMatrix::from_fn(places, DRAWS_AT_ONCE, of_draw);
-                    sums.as_slice().chunks_exact(places).for_each(&mut each_draw);
+                let mut numbers =
+                    || DMatrix::from_fn(places, DRAWS_AT_ONCE, |_, _| StandardNormal.sample(rng));
+                let mut drawn = numbers();
+                for _ in 1..DRAWS / DRAWS_AT_ONCE {
+                    // The next ones are drawn meanwhile: they are half of the work, and one after another.
+                    let mut give = || give_sums(factor, &drawn, &mut each_draw);
+                    let ((), next) = rayon::join(&mut give, &mut numbers);
+                    drawn = next;
                 }
+                give_sums(factor, &drawn, &mut each_draw);
             }
             Errors::Photons { fall, each, mean } => {
                 let places = mean.len();
@@ -329,6 +334,21 @@ impl Errors {
             }
         }
     }
+}
+
+/// Rows of a lower triangle that are multiplied at once, beyond whose diagonal nothing is.
+const ROWS_AT_ONCE: usize = 28;
+
+/// Gives `each_draw` the sums that a factor, which is a lower triangle, makes of each column of numbers.
+fn give_sums(factor: &DMatrix<f64>, numbers: &DMatrix<f64>, each_draw: &mut impl FnMut(&[f64])) {
+    let (places, draws) = numbers.shape();
+    let mut sums = DMatrix::zeros(places, draws);
+    for first in (0..places).step_by(ROWS_AT_ONCE) {
+        let end = places.min(first + ROWS_AT_ONCE);
+        let of_rows = factor.view((first, 0), (end - first, end));
+        sums.rows_mut(first, end - first).gemm(1.0, &of_rows, &numbers.rows(0, end), 0.0);
+    }
+    sums.as_slice().chunks_exact(places).for_each(each_draw);
 }
 
 impl Fall {
