@@ -387,22 +387,10 @@ fn parts(spectrum: &[Complex64], f: usize) -> [Complex64; 2] {
 /// differs.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     #[cfg(target_arch = "x86_64")]
-    {
-        if is_x86_feature_detected!("avx512f") {
-            // SAFETY: the processor has the instructions, as just made sure.
-            return unsafe { dot_avx512(a, b) };
-        }
-        if is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has the instructions, as just made sure.
-            return unsafe { dot_avx2(a, b) };
-        }
+    if is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor has the instructions, as just made sure.
+        return unsafe { dot_avx2(a, b) };
     }
-    dot_in_sums(a, b)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f")]
-fn dot_avx512(a: &[f64], b: &[f64]) -> f64 {
     dot_in_sums(a, b)
 }
 

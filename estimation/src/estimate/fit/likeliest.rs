@@ -245,12 +245,12 @@ fn drawn(
 ) -> Option<NormalLaw> {
     let information = places[0].norm_squared();
     let errors = Errors::new(scatter, places)?;
-    let [mut linear, mut likeliest] = [Vec::new(), Vec::new()];
+    let [mut linear, mut likeliest, mut likelihood] = [Vec::new(), Vec::new(), Vec::new()];
     errors.draw(&mut Xoshiro256PlusPlus::seed_from_u64(SEED), |sums| {
         linear.push(sums[0] / information);
         let mut of_delays = sums[1..].iter().copied();
-        let likelihood: Vec<f64> =
-            likelier.iter().map(|delay| delay.with(&mut of_delays)).collect();
+        likelihood.clear();
+        likelihood.extend(likelier.iter().map(|delay| delay.with(&mut of_delays)));
         likeliest.push(maximum(delays, &likelihood));
     });
     let least_found = linear.len() / LEAST_FOUND;
@@ -310,16 +310,26 @@ impl Errors {
         match self {
             Errors::Normal(factor) => {
                 let places = factor.nrows();
-                let mut numbers =
-                    || DMatrix::from_fn(places, DRAWS_AT_ONCE, |_, _| StandardNormal.sample(rng));
-                let mut drawn = numbers();
-                for _ in 1..DRAWS / DRAWS_AT_ONCE {
-                    // The next ones are drawn meanwhile: they are half of the work, and one after another.
-                    let mut give = || give_sums(factor, &drawn, &mut each_draw);
-                    let ((), next) = rayon::join(&mut give, &mut numbers);
-                    drawn = next;
-                }
-                give_sums(factor, &drawn, &mut each_draw);
+                let [mut numbers, mut next, mut sums] =
+                    [(); 3].map(|()| DMatrix::zeros(places, DRAWS_AT_ONCE));
+                let mut draw = |into: &mut DMatrix<f64>| {
+                    into.iter_mut().for_each(|number| *number = StandardNormal.sample(rng));
+                };
+                draw(&mut numbers);
+                // The next ones are drawn meanwhile: one after another they take as long as all else.
+                rayon::scope(|_| {
+                    for block in 1..=DRAWS / DRAWS_AT_ONCE {
+                        let mut give = || {
+                            factor.mul_to(&numbers, &mut sums);
+                            sums.as_slice().chunks_exact(places).for_each(&mut each_draw);
+                        };
+                        match block < DRAWS / DRAWS_AT_ONCE {
+                            true => _ = rayon::join(give, || draw(&mut next)),
+                            false => give(),
+                        }
+                        std::mem::swap(&mut numbers, &mut next);
+                    }
+                });
             }
             Errors::Photons { fall, each, mean } => {
                 let places = mean.len();
@@ -334,21 +344,6 @@ impl Errors {
             }
         }
     }
-}
-
-/// Rows of a lower triangle that are multiplied at once, beyond whose diagonal nothing is.
-const ROWS_AT_ONCE: usize = 28;
-
-/// Gives `each_draw` the sums that a factor, which is a lower triangle, makes of each column of numbers.
-fn give_sums(factor: &DMatrix<f64>, numbers: &DMatrix<f64>, each_draw: &mut impl FnMut(&[f64])) {
-    let (places, draws) = numbers.shape();
-    let mut sums = DMatrix::zeros(places, draws);
-    for first in (0..places).step_by(ROWS_AT_ONCE) {
-        let end = places.min(first + ROWS_AT_ONCE);
-        let of_rows = factor.view((first, 0), (end - first, end));
-        sums.rows_mut(first, end - first).gemm(1.0, &of_rows, &numbers.rows(0, end), 0.0);
-    }
-    sums.as_slice().chunks_exact(places).for_each(each_draw);
 }
 
 impl Fall {
