@@ -13,6 +13,8 @@ use crate::cosim::source::Verilog;
 use crate::cosim::window::Window;
 use crate::cosim::{self, CosimOptions, Cosimulation, Verdict, cosimulate};
 use crate::deliver::{self, Emission, HdlError};
+use crate::estimate::CountingTier;
+use crate::estimate::chance::Darkness;
 use crate::estimate::report::EstimateReport;
 use crate::files::{FileError, OutputFolder};
 use crate::grade::{self, Grade, GradeOptions};
@@ -260,16 +262,21 @@ fn remove_other_runs(folder: &OutputFolder) -> Result<(), RunError> {
     Ok(folder.sync()?)
 }
 
-/// Parts of the report that do not depend on the co-simulation.
-struct Shown {
+/// Parts of the report, and of estimates, that do not depend on the co-simulation.
+struct Shown<'s> {
     resources: Option<Resources>,
     waves: Vec<Wave>,
     curves: Vec<IntegrationCurves>,
     as_it_is: Vec<AsItIs>,
+    darkness: Vec<Darkness<'s>>,
 }
 
-impl Shown {
-    fn of(sensor: &Sensor, options: &RunOptions, cache: &Path) -> Result<Shown, ReferenceError> {
+impl<'s> Shown<'s> {
+    fn of(
+        sensor: &'s Sensor,
+        options: &RunOptions,
+        cache: &Path,
+    ) -> Result<Shown<'s>, ReferenceError> {
         let curves = || IntegrationCurves::of_first_paths(sensor);
         Ok(Shown {
             resources: resources(sensor),
@@ -280,6 +287,9 @@ impl Shown {
             },
             as_it_is: DetectorIndex::of(&sensor.scene().detectors)
                 .map(|detector| AsItIs::new(sensor, detector))
+                .collect(),
+            darkness: DetectorIndex::of(&sensor.scene().detectors)
+                .map(|detector| Darkness::of_scene(sensor, detector, CountingTier::Sampled))
                 .collect(),
         })
     }
@@ -301,7 +311,8 @@ fn beside<This, Other: Send>(
 /// Distances from the counts that the Verilog sent, detector by detector.
 fn estimates(sensor: &Sensor, cosimulation: &Cosimulation, shown: &Shown) -> Vec<EstimateReport> {
     let of_detector = |(detector, sent): (DetectorIndex, &Vec<SentCount>)| {
-        let reporter = IntegrationCurves::reporter(&shown.curves, sensor, detector);
+        let reporter = IntegrationCurves::reporter(&shown.curves, sensor, detector)
+            .knowing_darkness(&shown.darkness[detector]);
         let mut estimate = match histogram_of(sensor, sent) {
             Some(histogram) => reporter.histogram(&histogram),
             None => {

@@ -75,6 +75,21 @@ impl<'s> Darkness<'s> {
         dark
     }
 
+    /// The same of a sensor that differs in its estimator at most.
+    #[must_use]
+    pub fn of_sensor<'n>(&self, sensor: &'n Sensor) -> Darkness<'n> {
+        Darkness {
+            sensor,
+            detector: self.detector,
+            laws: Arc::clone(&self.laws),
+            shape: Arc::clone(&self.shape),
+            most_slipping: self.most_slipping,
+            hits_of_scene: self.hits_of_scene,
+            hits: self.hits,
+            more: self.more,
+        }
+    }
+
     /// As bright as a scan's `counts` say.
     ///
     /// Total counts tell how bright it was. Without them it was as bright as the scene is, or brighter if

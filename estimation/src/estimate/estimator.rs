@@ -85,6 +85,13 @@ impl<'s> Estimator<'s> {
         }
     }
 
+    /// With what counts would be without the own light, as another estimator of the same scans knows it.
+    #[must_use]
+    pub fn knowing_darkness(mut self, darkness: &Darkness) -> Estimator<'s> {
+        self.darkness = darkness.of_sensor(self.sensor).into();
+        self
+    }
+
     /// Whether modulated light of the own source can reach the detector at all.
     ///
     /// # Errors

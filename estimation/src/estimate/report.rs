@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use serde::Serialize;
 
 use super::bound::{BoundKind, bound_and_remark};
-use super::chance::{DOUBTFUL, NO_PEAK};
+use super::chance::{DOUBTFUL, Darkness, NO_PEAK};
 use super::coverage;
 use super::estimator::{Estimated, Estimator, EstimatorInput};
 use super::evidence::{Comparisons, Evidence, Expectation, ExpectedErrors};
@@ -170,6 +170,13 @@ impl<'s> Reporter<'s> {
     #[must_use]
     pub fn knowing(mut self, path: PathIndex, theory: Theory) -> Reporter<'s> {
         self.theories[path.0] = theory.into();
+        self
+    }
+
+    /// With what counts would be without the own light, as another estimator of the same scans knows it.
+    #[must_use]
+    pub fn knowing_darkness(mut self, darkness: &Darkness) -> Reporter<'s> {
+        self.estimator = self.estimator.knowing_darkness(darkness);
         self
     }
 

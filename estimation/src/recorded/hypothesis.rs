@@ -1,12 +1,13 @@
 //! Fits of a scene with some of its values unknown to recorded counts.
 
 use super::Cause;
-use super::observed::{Agreement, ExpectedNumbers, Observed, Whitening, differences};
+use super::observed::{Agreement, ExpectedNumbers, Observed, Whitening, differences, response};
 use crate::estimate::fit::FitError;
 use crate::estimate::fit::normal::Normal;
 use crate::estimate::fit::scoring::{Counts, Settling, Slopes, settle};
 use crate::estimate::{TheoryEffort, Work};
 use crate::photons::DetectorModel;
+use crate::response::MeanResponse;
 use crate::scene::{Detector, DetectorIndex, Scene};
 use crate::sensor::Sensor;
 
@@ -135,6 +136,12 @@ impl SceneChange {
     /// The difference of an unknown from the scene's.
     pub fn value(self, unknown: Unknown) -> f64 {
         self.0[unknown as usize]
+    }
+
+    /// The same without a delay.
+    fn undelayed(mut self) -> SceneChange {
+        self.0[Unknown::Delay as usize] = 0.0;
+        self
     }
 
     /// The same with one unknown moved further.
@@ -282,9 +289,14 @@ pub(super) fn fit_unknowns(
 ) -> Result<(SceneChange, Vec<(Unknown, f64)>), FitError> {
     let (values, detector) = (observed.values(), observed.detector());
     let own_s = TheoryEffort::of(sensor, detector)?.seconds(Work::Response);
+    let limit_s = LONGEST_RESPONSE_S.max(MOST_TIMES_LONGER * own_s);
     let from = |start: &ExpectedChange| {
         let ExpectedChange { change, expected } = start;
+        let lit = change.applied(sensor, detector);
+        TheoryEffort::of(&lit, detector)?.check_within(Work::Response, limit_s)?;
+        let model = DetectorModel::new(&lit, detector);
         let mut scene = SceneCounts {
+            begun: (change.undelayed(), response(&model)?),
             whitening: expected.whitening(&expected.means)?,
             weighed_at: *change,
             reach: unknowns.iter().map(|u| u.reach(sensor, detector)).collect(),
@@ -293,7 +305,7 @@ pub(super) fn fit_unknowns(
             observed,
             values: &values,
             unknowns,
-            limit_s: LONGEST_RESPONSE_S.max(MOST_TIMES_LONGER * own_s),
+            limit_s,
         };
         let start = Trial { change: *change, means: expected.means.clone() };
         let settled = settle(&mut scene, start, Settling::FINE)?;
@@ -316,6 +328,9 @@ struct SceneCounts<'p> {
     reach: Vec<[f64; 2]>,
     /// What covariances are scaled from, to the light as it changes.
     known: &'p ExpectedNumbers,
+    /// Where the fit began, but for the delay, and what the detector answers there: later light needs no other
+    /// solution.
+    begun: (SceneChange, MeanResponse<'p>),
     whitening: Whitening,
     weighed_at: SceneChange,
     /// Longest that one response may take on one core.
@@ -342,10 +357,16 @@ impl SceneCounts<'_> {
     }
 
     fn means(&self, change: &SceneChange) -> Result<Vec<f64>, FitError> {
-        let detector = self.observed.detector();
-        let applied = change.applied(self.sensor, detector);
-        TheoryEffort::of(&applied, detector)?.check_within(Work::Response, self.limit_s)?;
-        let means = self.observed.means(&applied, change.value(Unknown::Delay))?;
+        let (detector, delay_ps) = (self.observed.detector(), change.value(Unknown::Delay));
+        let (begun, answer) = &self.begun;
+        let means = if change.undelayed() == *begun {
+            self.observed.means(&answer.delayed(delay_ps)?)
+        } else {
+            let applied = change.applied(self.sensor, detector);
+            TheoryEffort::of(&applied, detector)?.check_within(Work::Response, self.limit_s)?;
+            let model = DetectorModel::new(&applied, detector);
+            self.observed.means(&response(&model)?.delayed(delay_ps)?)
+        };
         Ok(means.into_iter().map(|mean| mean * change.times()).collect())
     }
 }

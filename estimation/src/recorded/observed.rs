@@ -88,28 +88,21 @@ impl Observed<'_> {
         }
     }
 
-    /// What a detector answers to light that comes later by a delay.
-    fn delayed(model: &DetectorModel, delay_ps: f64) -> Result<MeanResponse<'_>, FitError> {
-        Ok(MeanResponse::of_tier(model, CountingTier::Sampled)?.delayed(delay_ps)?)
-    }
-
-    /// Means of all numbers, of light that comes later by a delay.
-    pub fn means(self, sensor: &Sensor, delay_ps: f64) -> Result<Vec<f64>, FitError> {
-        let model = DetectorModel::new(sensor, self.detector());
-        let delayed = Observed::delayed(&model, delay_ps)?;
-        Ok(match self {
+    /// Means of all numbers that a detector answers.
+    pub fn means(self, response: &MeanResponse) -> Vec<f64> {
+        match self {
             Observed::Steps(_) => {
-                let counts = delayed.mean_counts();
+                let counts = response.mean_counts();
                 counts.iter().flat_map(|count| [count.signed, count.total]).collect()
             }
-            Observed::Bins(_) => delayed.mean_bins(),
-        })
+            Observed::Bins(_) => response.mean_bins(),
+        }
     }
 
     /// The expectation of a sensor, for light that comes later by a delay.
     pub fn expected(self, sensor: &Sensor, delay_ps: f64) -> Result<ExpectedNumbers, FitError> {
         let model = DetectorModel::new(sensor, self.detector());
-        let delayed = Observed::delayed(&model, delay_ps)?;
+        let delayed = response(&model)?.delayed(delay_ps)?;
         Ok(match self {
             Observed::Steps(scan) => {
                 let moments = SecondMoments::new(&delayed)?.of_scan();
@@ -128,6 +121,11 @@ impl Observed<'_> {
             },
         })
     }
+}
+
+/// What a detector answers to its scene's light.
+pub(super) fn response(model: &DetectorModel) -> Result<MeanResponse<'_>, FitError> {
+    Ok(MeanResponse::of_tier(model, CountingTier::Sampled)?)
 }
 
 /// Means of all numbers, and how they scatter.

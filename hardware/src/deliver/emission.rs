@@ -1,12 +1,14 @@
 //! A scene's hardware as Verilog files and what goes with them.
 
+use std::thread;
+
 use rust_hdl_core::block::Block;
 use serde::Serialize;
 
 use super::board::BoardProject;
 use super::design::{EmittedDesign, EmittedFile, TOP};
 use super::error::HdlError;
-use super::flow::Flow;
+use super::flow::{Flow, record};
 use super::formal::Formal;
 use super::limits::check_limits;
 use crate::document::{Body, Document};
@@ -181,12 +183,20 @@ pub fn emit_prefixed(
     command: &str,
 ) -> Result<Emission, HdlError> {
     let interface = sensor.interface();
-    let (files, netlists) = modules(sensor, prefix, command)?;
+    check_limits(sensor, interface)?;
+    // The testbench's run takes longer than the design, of which it knows nothing.
+    let (made, recording) = thread::scope(|scope| {
+        let recording = scope.spawn(|| record(sensor));
+        let made = modules(sensor, prefix, command);
+        let recording = recording.join();
+        (made, recording.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    });
+    let (files, netlists) = made?;
     let command = printable_ascii(command);
     let made_by = made_by(&command);
     let design = EmittedDesign { sensor, files: &files, prefix, made_by: &made_by };
     let formal = Formal::of(&design);
-    let flow = Flow::of(&design, &formal)?;
+    let flow = Flow::of(&design, &formal, recording?);
     Ok(Emission {
         scene: sensor.scene().reference(),
         command: command.into_owned(),
@@ -215,17 +225,17 @@ pub fn verilog(
     prefix: &Prefix,
     command: &str,
 ) -> Result<Vec<EmittedFile>, HdlError> {
+    check_limits(sensor, sensor.interface())?;
     Ok(modules(sensor, prefix, command)?.0)
 }
 
-/// The modules' files, and how they are connected.
+/// The modules' files, and how they are connected, of what is within the [limits](check_limits).
 fn modules(
     sensor: &Sensor,
     prefix: &Prefix,
     command: &str,
 ) -> Result<(Vec<EmittedFile>, Vec<ModuleNetlist>), HdlError> {
     let interface = sensor.interface();
-    check_limits(sensor, interface)?;
     let top: Box<dyn Block> = match interface.counting {
         Counting::Correlator(counts) => Box::new(SensorTop::new(interface.clone(), counts)),
         Counting::Histogram(counts) => Box::new(HistogramTop::new(interface.clone(), counts)),

@@ -142,14 +142,6 @@ struct AcrossEnd {
     beyond: f64,
 }
 
-/// A count with a weight for each detection: its sign, or 1 for the total.
-struct Weighted<'a> {
-    /// Mean weight in every cell of the code period.
-    weights: &'a [f64],
-    /// Later counts that go with a detection in every cell.
-    excess: &'a [f64],
-}
-
 impl<'r, 'm> SecondMoments<'r, 'm> {
     /// Solves for the states of the detector, and for the total count.
     ///
@@ -165,8 +157,9 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let per_cell = pairs.hits.iter().zip(&pairs.excess_of_all);
         let per_cell = per_cell
             .zip(pairs.seen_of_period())
-            .map(|((hits, excess), seen)| seen * (hits + 2.0 * excess));
-        let total_variance = Arc::new(before_chips(&pairs.grid, per_cell));
+            .map(|((hits, excess), seen)| [seen * (hits + 2.0 * excess)]);
+        let [total_variance] = before_chips(&pairs.grid, per_cell);
+        let total_variance = Arc::new(total_variance);
         Ok(SecondMoments::of_pairs(response, Arc::new(pairs), total_variance, Arc::default()))
     }
 
@@ -248,12 +241,17 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let signs: Vec<_> = unknown.par_iter().map(|&step| self.signs(step)).collect();
         let (seen, excess) = (self.seen(), self.pairs.excess(&rows(&signs)));
         let before = signs.par_iter().zip(&excess).map(|(signs, excess)| {
-            let signed = Weighted { weights: signs, excess };
-            let total = Weighted { weights: &seen, excess: &self.pairs.excess_of_all };
-            Arc::new(BeforeChips {
-                signed_variance: self.before([&signed; 2], |cell| seen[cell]),
-                covariance: self.before([&signed, &total], |cell| signs[cell]),
-            })
+            let signed = signs.iter().zip(excess);
+            let total = seen.iter().zip(&self.pairs.excess_of_all);
+            let per_cell = self.pairs.hits.iter().zip(signed.zip(total)).map(
+                |(hits, ((sign, excess), (seen, excess_of_all)))| {
+                    let later = sign * excess;
+                    let covariance = hits * sign + sign * excess_of_all + seen * excess;
+                    [hits * seen + later + later, covariance]
+                },
+            );
+            let [signed_variance, covariance] = before_chips(&self.pairs.grid, per_cell);
+            Arc::new(BeforeChips { signed_variance, covariance })
         });
         let before: Vec<_> = before.collect();
         let found = unknown.into_iter().zip(before);
@@ -262,17 +260,6 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         }
         known.extend(found);
         known
-    }
-
-    /// What the chips before each chip of the code period add to the covariance of two counts,
-    /// whose weights have `product` as the mean of their product in each cell.
-    fn before(&self, [a, b]: [&Weighted; 2], product: impl Fn(usize) -> f64) -> Vec<f64> {
-        let per_cell = self.pairs.hits.iter().enumerate().map(|(cell, hits)| {
-            hits * product(cell)
-                + a.weights[cell] * b.excess[cell]
-                + b.weights[cell] * a.excess[cell]
-        });
-        before_chips(&self.pairs.grid, per_cell)
     }
 
     /// Sum of weights of detections before chip `end` of the code period times the later
@@ -445,18 +432,24 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let whole = rising.min(falling).floor();
         let [rise, fall] = [rising, falling].map(|edge| self.pairs.shares_after(edge - whole));
         let grid = &self.pairs.grid;
+        let of_cell = |[two_before, before, after]: [u8; 3], cell: usize| {
+            // An edge a little over a chip late still belongs to the chip before.
+            let seen = self.pairs.seen[cell];
+            let level = level_after(two_before, before, rise[1][cell], fall[1][cell], seen)
+                + level_after(before, after, rise[0][cell], fall[0][cell], seen)
+                - f64::from(before) * seen;
+            2.0 * level - seen
+        };
+        // Three chips in a row are one of few patterns.
+        let of_pattern: [Vec<f64>; 8] = std::array::from_fn(|pattern| {
+            let chips = [2, 1, 0].map(|bit| (pattern >> bit & 1) as u8);
+            (0..grid.cells.len()).map(|cell| of_cell(chips, cell)).collect()
+        });
         let mut signs = Vec::with_capacity(self.pairs.hits.len());
         for chip in 0..grid.period_chips as i64 {
-            let [two_before, before, after] =
-                [2, 1, 0].map(|back| chip_at(chip - whole as i64 - back));
-            for cell in 0..grid.cells.len() {
-                // An edge a little over a chip late still belongs to the chip before.
-                let seen = self.pairs.seen[cell];
-                let level = level_after(two_before, before, rise[1][cell], fall[1][cell], seen)
-                    + level_after(before, after, rise[0][cell], fall[0][cell], seen)
-                    - f64::from(before) * seen;
-                signs.push(2.0 * level - seen);
-            }
+            let chips = [2, 1, 0].map(|back| chip_at(chip - whole as i64 - back));
+            let pattern = chips.iter().fold(0, |bits, &chip| bits << 1 | usize::from(chip));
+            signs.extend_from_slice(&of_pattern[pattern]);
         }
         signs
     }

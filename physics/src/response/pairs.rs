@@ -160,23 +160,30 @@ impl States for Prolonged {
     }
 }
 
-/// Sums over the cells before each chip, and over all.
-pub fn before_chips(grid: &Grid, per_cell: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut sums = Vec::with_capacity(grid.period_chips + 1);
-    let mut sum = 0.0;
+/// Sums over the cells before each chip, and over all. Several take as long as one, which waits for each of its
+/// additions.
+pub fn before_chips<const N: usize>(
+    grid: &Grid,
+    per_cell: impl Iterator<Item = [f64; N]>,
+) -> [Vec<f64>; N] {
+    let mut sums = std::array::from_fn(|_| Vec::with_capacity(grid.period_chips + 1));
+    let mut sum = [0.0; N];
+    let mut keep = |sum: &[f64; N]| {
+        sums.iter_mut().zip(sum).for_each(|(sums, &sum)| sums.push(sum));
+    };
     // Counted, since a division for each cell takes longer than all else.
     let mut in_chip = 0;
     for value in per_cell {
         if in_chip == 0 {
-            sums.push(sum);
+            keep(&sum);
         }
-        sum += value;
+        sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
         in_chip += 1;
         if in_chip == grid.cells.len() {
             in_chip = 0;
         }
     }
-    sums.push(sum);
+    keep(&sum);
     sums
 }
 

@@ -224,12 +224,13 @@ impl<'m> Problem<'m> {
         if parameters.paths.len() == 1 && parameters.is_delay(index) {
             // All light earlier or later at once: the same solution, read off there.
             let delayed = |by: f64| response.delayed(self.clock().ps(by));
-            let (below, above) = (delayed(-DELAY_STEP_CHIPS)?, delayed(DELAY_STEP_CHIPS)?);
-            return Ok(NeighbouringResponses::new(below, above, 2.0 * DELAY_STEP_CHIPS));
+            let step = DELAY_STEP_CHIPS;
+            let (below, above) = rayon::join(|| delayed(-step), || delayed(step));
+            return Ok(NeighbouringResponses::new(below?, above?, 2.0 * step));
         }
         let [(below, down), (above, up)] = [-1.0, 1.0].map(|by| parameters.nudged(index, by));
-        let (below, above) = (self.response(&below)?, self.response(&above)?);
-        Ok(NeighbouringResponses::new(below, above, up - down))
+        let (below, above) = rayon::join(|| self.response(&below), || self.response(&above));
+        Ok(NeighbouringResponses::new(below?, above?, up - down))
     }
 
     /// Derivatives of the expected counts by an unknown, from the responses on both its sides.

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::super::codes::{self, Candidate};
 use super::super::hypothesis::{SceneChange, SceneFit, Unknown, fit};
-use super::super::observed::differences;
+use super::super::observed::{differences, response};
 use super::{Examination, TestOutcome, critical};
 use crate::estimate::{CountingTier, calibration_offset_ps};
+use crate::photons::DetectorModel;
 use crate::scene::SourceIndex;
 use crate::sensor::Sensor;
 
@@ -61,10 +62,12 @@ impl Examination<'_> {
             calibration_offset_ps(&sensor, self.observed.detector(), CountingTier::Sampled);
         let first = scene.paths.iter().find(|path| path.detector == self.observed.detector())?;
         let at_ps = candidate.at_step as f64 * step_ps - offset_ps - first.delay_ps;
+        let model = DetectorModel::new(&sensor, self.observed.detector());
+        let answer = response(&model).ok()?;
         let agreement = |chips: f64| {
             // The light level that was fitted with a wrong code is useless here.
             let delay_ps = at_ps + sensor.clock().ps(chips);
-            let means = self.observed.means(&sensor, delay_ps).ok()?;
+            let means = self.observed.means(&answer.delayed(delay_ps).ok()?);
             let whitening = self.fitted.expected.whitening(&means).ok()?;
             let residuals = differences(&self.observed.values(), &means);
             let squares = whitening.whitened(&residuals).ok()?.into_iter().map(|z| z * z);

@@ -12,6 +12,7 @@ mod testbench;
 mod vhdl;
 
 pub use stimulus::adversary as testbench_adversary;
+pub(super) use stimulus::{Recording, record};
 
 use serde::Serialize;
 
@@ -19,7 +20,6 @@ pub use self::constraints::Constraints;
 pub use self::registers::RegisterFiles;
 pub use self::testbench::Testbench;
 use super::design::{EmittedDesign, EmittedFile};
-use super::error::HdlError;
 use super::formal::Formal;
 
 /// Files round the design, by role. In JSON a file is its name.
@@ -43,12 +43,9 @@ pub struct Flow {
 }
 
 impl Flow {
-    /// All that goes with a design.
-    ///
-    /// # Errors
-    /// When the reference model cannot predict the ports of this interface.
-    pub(super) fn of(design: &EmittedDesign, formal: &Formal) -> Result<Flow, HdlError> {
-        let testbench = testbench::testbench(design)?;
+    /// All that goes with a design whose testbench has a recorded run.
+    pub(super) fn of(design: &EmittedDesign, formal: &Formal, recording: Recording) -> Flow {
+        let testbench = testbench::testbench(design, recording);
         let constraints = constraints::constraints(design);
         let header = header::header(design);
         let file_list = file_list::file_list(design);
@@ -59,7 +56,7 @@ impl Flow {
             formal,
         };
         let core = core::core(design, &parts);
-        Ok(Flow {
+        Flow {
             testbench,
             constraints,
             header,
@@ -67,7 +64,7 @@ impl Flow {
             file_list,
             core,
             registers: RegisterFiles::of(design),
-        })
+        }
     }
 
     /// Every file, in no order that matters.

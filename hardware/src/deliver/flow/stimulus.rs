@@ -6,6 +6,7 @@ use crate::reference::blocks::{Block, BlockMaker};
 use crate::reference::cover_report::Coverage;
 use crate::reference::predictor::{ReferenceError, ReferenceModel, Skip};
 use crate::rtl::blocks::{CountRegister, ScanRegisters};
+use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout};
 use crate::sensor::port::{Port, PortRole, Use};
@@ -187,7 +188,10 @@ pub fn adversary(interface: &Interface) -> Result<(Adversarial, u64), ReferenceE
 ///
 /// # Errors
 /// When the reference model cannot predict the ports.
-pub fn record(interface: &Interface, names: &[String]) -> Result<Recording, ReferenceError> {
+pub fn record(sensor: &Sensor) -> Result<Recording, ReferenceError> {
+    let interface = sensor.interface();
+    let names: Vec<String> =
+        sensor.scene().detectors.iter().map(|detector| detector.name.clone()).collect();
     let layout = Layout::of(interface);
     let (chips, results) = layout
         .outputs
@@ -228,7 +232,7 @@ pub fn record(interface: &Interface, names: &[String]) -> Result<Recording, Refe
     if let Some(plan) = interface.histogram() {
         (phase_steps, scans) = (exercise.phase_steps, exercise.phase_steps / plan.bins());
     }
-    let coverage = Coverage::new(interface, table, &exercise.covered, names, Some(MEANS));
+    let coverage = Coverage::new(interface, table, &exercise.covered, &names, Some(MEANS));
     Ok(Recording {
         inputs,
         chips,

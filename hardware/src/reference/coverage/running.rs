@@ -180,7 +180,9 @@ impl Running {
         steps: usize,
         begins_scan: bool,
     ) -> Vec<usize> {
-        let mut points = Vec::new();
+        // Nearly every step has the points of all lanes.
+        let of_lanes = self.hit_points.iter().flatten().map(Vec::len).sum();
+        let mut points = Vec::with_capacity(of_lanes);
         let parallel = self.parallel;
         for (at, counter) in self.steps.iter().enumerate() {
             if at % parallel < steps {

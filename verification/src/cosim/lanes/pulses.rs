@@ -28,6 +28,7 @@ pub(super) struct LaneStimulus<'a> {
 }
 
 /// The pulses of some groups, detector by detector.
+#[derive(Default)]
 struct Chunk {
     /// Clock before which the pulses of the next groups do not begin.
     until_clock: u64,
@@ -48,12 +49,14 @@ struct Joined<F> {
     high: Vec<HighSamples>,
     /// Those that have not been told.
     hits: Vec<Vec<Sample>>,
+    /// Chunks that have been taken in, for their memory.
+    spare: Vec<Chunk>,
     on_hits: F,
 }
 
 impl<F: FnMut(u64, &[Vec<Sample>])> Joined<F> {
-    /// Takes in a chunk, and those that have waited for it.
-    fn take(&mut self, number: u64, chunk: Chunk) -> Result<(), Unfit> {
+    /// Takes in a chunk, and those that have waited for it; gives one that is used up.
+    fn take(&mut self, number: u64, chunk: Chunk) -> Result<Chunk, Unfit> {
         self.early.insert(number, chunk);
         while let Some(chunk) = self.early.remove(&self.wanted) {
             let of_detectors = chunk.pulses.iter().zip(&mut self.high).zip(&mut self.hits);
@@ -66,8 +69,9 @@ impl<F: FnMut(u64, &[Vec<Sample>])> Joined<F> {
                 hits.drain(..hits.partition_point(|&hit| hit < told));
             });
             self.wanted += 1;
+            self.spare.push(chunk);
         }
-        Ok(())
+        Ok(self.spare.pop().unwrap_or_default())
     }
 }
 
@@ -98,22 +102,21 @@ impl LaneStimulus<'_> {
             wanted: 0,
             high: vec![HighSamples::default(); self.models.len()],
             hits: vec![Vec::new(); self.models.len()],
+            spare: Vec::new(),
             on_hits,
         });
         let locked = || joined.lock().unwrap_or_else(PoisonError::into_inner);
         let make = || {
+            let mut chunk = Chunk::default();
             loop {
                 let number = next.fetch_add(1, Ordering::Relaxed);
                 if number >= chunks {
                     return Ok(());
                 }
-                let chunk = self.chunk(&recorders, number, number + 1 == chunks, clocks);
+                self.make(&mut chunk, &recorders, (number, number + 1 == chunks), clocks);
                 // Whoever made the chunk that is wanted goes on with it: it is in that core's cache.
                 let taken = refuse_if_stopped(stop).and_then(|()| locked().take(number, chunk));
-                if taken.is_err() {
-                    next.store(chunks, Ordering::Relaxed);
-                    return taken;
-                }
+                chunk = taken.inspect_err(|_| next.store(chunks, Ordering::Relaxed))?;
             }
         };
         thread::scope(|scope| {
@@ -125,12 +128,19 @@ impl LaneStimulus<'_> {
         Ok(joined.into_inner().unwrap_or_else(PoisonError::into_inner).high)
     }
 
-    fn chunk(&self, recorders: &[Arc<Recorder>], number: u64, is_last: bool, clocks: u64) -> Chunk {
+    /// Makes a chunk, in the memory of one that is used up.
+    fn make(
+        &self,
+        chunk: &mut Chunk,
+        recorders: &[Arc<Recorder>],
+        (number, is_last): (u64, bool),
+        clocks: u64,
+    ) {
         let sampling = self.interface.timing.sampling();
         let origin = first_sample(self.interface, RESET_CLOCKS);
         let first = Group(number * GROUPS_AT_ONCE);
         let end = Group(first.0 + GROUPS_AT_ONCE);
-        let until_clock = if is_last {
+        chunk.until_clock = if is_last {
             clocks
         } else {
             end.0 * self.interface.timing.scan.integration_chips + sampling.clock_of(origin)
@@ -139,14 +149,13 @@ impl LaneStimulus<'_> {
             true => sampling.samples_of(clocks).saturating_sub(origin.0),
             false => u64::MAX,
         };
-        let of_detector = |recorder: &Arc<Recorder>| {
+        chunk.pulses.resize_with(recorders.len(), Vec::new);
+        for (recorder, pulses) in recorders.iter().zip(&mut chunk.pulses) {
             let stop = (!is_last).then_some(end);
             let mut stream = PulseStream::of_groups(recorder, self.seed, 0, first, stop);
-            let mut pulses = Vec::new();
-            stream.advance(Sample(until_sample), &mut pulses);
-            pulses
-        };
-        Chunk { until_clock, pulses: recorders.iter().map(of_detector).collect() }
+            pulses.clear();
+            stream.advance(Sample(until_sample), pulses);
+        }
     }
 }
 

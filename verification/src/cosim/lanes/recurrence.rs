@@ -44,6 +44,25 @@ impl Recurrence {
 
     /// The values at some places, which are in order.
     pub(super) fn at(&self, places: &[u64]) -> Vec<bool> {
+        match self.repeats() {
+            true => {
+                let of_place = |place: u64| place.checked_rem(self.length as u64);
+                let value = |&place: &u64| of_place(place).map(|place| self.first[place as usize]);
+                places.iter().map(|place| value(place).unwrap_or(false)).collect()
+            }
+            false => self.step_by_step(places),
+        }
+    }
+
+    /// Whether it has no bits but the first ones, again and again; of none all are 0.
+    fn repeats(&self) -> bool {
+        let ones: u32 = self.taps.iter().map(|word| word.count_ones()).sum();
+        let last = self.length.wrapping_sub(1);
+        let is_last = |word: &u64| word >> (last % 64) & 1 == 1;
+        ones == 0 && self.length == 0 || ones == 1 && self.taps.last().is_some_and(is_last)
+    }
+
+    fn step_by_step(&self, places: &[u64]) -> Vec<bool> {
         // Bit i: the value i + 1 places before the present one.
         let mut before = vec![0u64; self.taps.len()];
         let mut values = Vec::with_capacity(places.len());
@@ -131,6 +150,9 @@ mod tests {
             let recurrence = Recurrence::of(&bits).unwrap();
             let all: Vec<u64> = (0..80).collect();
             assert_eq!(recurrence.at(&all), bits, "period {period}");
+            let periodic = Recurrence::periodic(&bits).unwrap();
+            assert_eq!(periodic.length, period as usize);
+            assert_eq!(periodic.at(&all), bits, "period {period}");
         }
         let mut state = 1u64;
         let noise: Vec<bool> = (0..200)

@@ -7,11 +7,10 @@ use serde::Serialize;
 use self::header::{covered, time_in_words};
 use super::file_list::testbench_file_list;
 use super::run_length::RunLengthWords;
-use super::stimulus::{MOST_CLOCKS, PortGroup, Recording, VectorColumn, record};
+use super::stimulus::{MOST_CLOCKS, PortGroup, Recording, VectorColumn};
 use crate::deliver::design::{EmittedDesign, EmittedFile};
 use crate::deliver::template::filled;
 use crate::reference::cover_report::Coverage;
-use crate::reference::predictor::ReferenceError;
 use crate::scan::{Clock, Timescale};
 
 /// The testbench and how much it covers.
@@ -97,15 +96,9 @@ fn skip_net(register: &str) -> String {
     format!("skip_{}", register.replace('.', "_"))
 }
 
-/// Records vectors and writes the testbench round them.
-///
-/// # Errors
-/// When the reference model cannot predict the ports.
-pub(super) fn testbench(design: &EmittedDesign) -> Result<Testbench, ReferenceError> {
+/// Writes the testbench round the vectors of a recorded run.
+pub(super) fn testbench(design: &EmittedDesign, recording: Recording) -> Testbench {
     let names = Names::of(design);
-    let detectors = design.sensor.scene().detectors.iter();
-    let detectors: Vec<String> = detectors.map(|detector| detector.name.clone()).collect();
-    let recording = record(design.interface(), &detectors)?;
     let skips = recording.skips.as_ref().map(|skips| (SKIPS, &skips.values));
     let vectors: Vec<VectorFile> =
         [(INPUTS, &recording.inputs), ("chips", &recording.chips), ("results", &recording.results)]
@@ -127,7 +120,7 @@ pub(super) fn testbench(design: &EmittedDesign) -> Result<Testbench, ReferenceEr
             top(&names, design.sensor.clock(), &recording, &vectors, design.made_by),
         ),
     ];
-    Ok(Testbench {
+    Testbench {
         file_list: testbench_file_list(design, &names.top, &files),
         files,
         clocks: recording.clocks,
@@ -138,7 +131,7 @@ pub(super) fn testbench(design: &EmittedDesign) -> Result<Testbench, ReferenceEr
         coverage: recording.coverage,
         vectors: vectors.into_iter().map(|v| file(v.file_name(&names), v.words.text)).collect(),
         top: names.top,
-    })
+    }
 }
 
 /// `[7:0] name` or, for one bit, `name`, with names in one column.
