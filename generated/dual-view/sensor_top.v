@@ -57,27 +57,20 @@ module sensor_top (
 
     scan_controller controller (
         .i_clk (i_clk), .i_rst (i_rst),
-        .o_run           (controller_run),
-        .o_pre_last_chip (controller_pre_last_chip),
-        .o_last_chip     (controller_last_chip),
-        .o_dump          (controller_dump),
-        .o_counted       (controller_counted),
-        .o_scan_counted  (controller_scan_counted)
+        .o_run (controller_run), .o_pre_last_chip (controller_pre_last_chip),
+        .o_last_chip (controller_last_chip), .o_dump (controller_dump),
+        .o_counted (controller_counted), .o_scan_counted (controller_scan_counted)
     );
 
     detector_channel channel (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_samples       (i_samples),
-        .i_run           (controller_run),
-        .i_pre_last_chip (controller_pre_last_chip),
-        .i_last_chip     (controller_last_chip),
-        .i_dump          (controller_dump),
-        .o_count         (channel_count)
+        .i_clk (i_clk), .i_rst (i_rst), .i_samples (i_samples), .i_run (controller_run),
+        .i_pre_last_chip (controller_pre_last_chip), .i_last_chip (controller_last_chip),
+        .i_dump (controller_dump),
+        .o_count (channel_count)
     );
 
     result_stream results (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_count   (channel_count),
+        .i_clk (i_clk), .i_rst (i_rst), .i_count (channel_count),
         .i_counted (controller_counted),
         .i_last    (controller_scan_counted),
         .i_ready   (m_axis_tready),
@@ -89,8 +82,7 @@ module sensor_top (
 
     always @(posedge i_clk)
         if (i_rst) begin
-            o_laser <= 2'd0;
-            o_epoch <= 1'b0;
+            {o_laser, o_epoch} <= 0;
         end else begin
             o_laser <= chips;
             o_epoch <= transmit_epoch[0];

@@ -44,9 +44,8 @@ module bin_adder (
     wire [3:0] both = addend[3:0] + addend[7:4]; // both, and the 1; below them a 0
     wire       unused = both[0]; // the 0 has no use; linters know by the name
     // the earliest pair that has a hit
-    wire [3:0] earliest =
-        {i_hits[3] & ~(|i_hits[2:0]), i_hits[2] & ~(|i_hits[1:0]), i_hits[1] & ~i_hits[0],
-        i_hits[0]};
+    wire [3:0] earliest = {i_hits[3] & ~(|i_hits[2:0]), i_hits[2] & ~(|i_hits[1:0]),
+        i_hits[1] & ~i_hits[0], i_hits[0]};
 
     assign choice[2:0] = bank_bin[2:0] | bank_bin[5:3] | bank_bin[8:6] | bank_bin[11:9];
     assign choice[5:3] = bank_bin[14:12] | bank_bin[17:15] | bank_bin[20:18] | bank_bin[23:21];
@@ -63,18 +62,17 @@ module bin_adder (
 
     for (g = 0; g < 8; g = g + 1) begin : gen_bank
         bin_bank bank (
-            .i_clk (i_clk), .i_rst (i_rst),
-            .i_row (i_row), .i_half (i_half), .i_read_row (i_read_row), .i_go (i_go),
-            .i_come_hit   (hit_r[g + 8]),
-            .i_come_half  (i_come_half),
-            .i_hit        (hit_r[g + 32]),
-            .i_first      (i_added_first),
-            .i_lowest     (sum_r[0]),
-            .i_above      (above_r),
-            .i_write_row (i_write_row), .i_write_half (i_write_half),
-            .o_bin        (bank_bin[3*g +: 3]),
-            .o_other      (bank_other[3*g +: 3]),
-            .o_read       (o_bins[3*g +: 3])
+            .i_clk (i_clk), .i_rst (i_rst), .i_row (i_row), .i_half (i_half),
+            .i_read_row (i_read_row), .i_go (i_go),
+            .i_come_hit  (hit_r[g + 8]),
+            .i_come_half (i_come_half),
+            .i_hit       (hit_r[g + 32]),
+            .i_first     (i_added_first),
+            .i_lowest    (sum_r[0]),
+            .i_above (above_r), .i_write_row (i_write_row), .i_write_half (i_write_half),
+            .o_bin       (bank_bin[3*g +: 3]),
+            .o_other     (bank_other[3*g +: 3]),
+            .o_read      (o_bins[3*g +: 3])
         );
     end
 

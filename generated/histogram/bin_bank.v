@@ -59,7 +59,7 @@ module bin_bank (
             .ADDRESS_BITS(11),
             .BITS(3)
         ) memory (
-            .i_clk (i_clk),
+            .i_clk           (i_clk),
             .i_write         (memory_write[g]),
             .i_write_address (i_write_row),
             .i_data          (written),

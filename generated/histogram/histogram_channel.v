@@ -30,27 +30,22 @@ module histogram_channel (
     wire [3:0]  edges_hits, edges_early;
     wire [23:0] adder_bins;
 
-    assign o_bins =
-        {5'd0, adder_bins[23:21], 5'd0, adder_bins[20:18], 5'd0, adder_bins[17:15], 5'd0,
-        adder_bins[14:12], 5'd0, adder_bins[11:9], 5'd0, adder_bins[8:6], 5'd0, adder_bins[5:3],
-        5'd0, adder_bins[2:0]};
+    assign o_bins = {5'd0, adder_bins[23:21], 5'd0, adder_bins[20:18], 5'd0, adder_bins[17:15],
+        5'd0, adder_bins[14:12], 5'd0, adder_bins[11:9], 5'd0, adder_bins[8:6], 5'd0,
+        adder_bins[5:3], 5'd0, adder_bins[2:0]};
 
     edge_detector edges (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_samples (i_samples), .i_run (i_run),
-        .o_hits    (edges_hits),
-        .o_early   (edges_early)
+        .i_clk (i_clk), .i_rst (i_rst), .i_samples (i_samples), .i_run (i_run),
+        .o_hits (edges_hits), .o_early (edges_early)
     );
 
     bin_adder adder (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_hits        (edges_hits),
-        .i_early       (edges_early),
+        .i_clk (i_clk), .i_rst (i_rst), .i_hits (edges_hits), .i_early (edges_early),
         .i_row (i_row), .i_half (i_half), .i_read_row (i_read_row), .i_go (i_go),
         .i_come_half (i_come_half), .i_held_first (i_held_first), .i_held_half (i_held_half),
         .i_added_first (i_added_first), .i_write_row (i_write_row),
         .i_write_half (i_write_half),
-        .o_bins        (adder_bins)
+        .o_bins (adder_bins)
     );
 
 endmodule

@@ -50,52 +50,35 @@ module sensor_top (
     gold_generator transmit (
         .i_clk (i_clk), .i_rst (i_rst),
         .i_advance (1'b1),
-        .o_chip    (transmit_chip),
-        .o_epoch   (transmit_epoch)
+        .o_chip (transmit_chip), .o_epoch (transmit_epoch)
     );
 
     histogram_control control (
         .i_clk (i_clk), .i_rst (i_rst),
-        .i_ready       (m_axis_tready),
-        .o_run         (control_run),
-        .o_row         (control_row),
-        .o_half        (control_half),
-        .o_come_half   (control_come_half),
-        .o_held_first  (control_held_first),
-        .o_held_half   (control_held_half),
-        .o_added_first (control_added_first),
-        .o_write_row   (control_write_row),
-        .o_write_half  (control_write_half),
-        .o_read_row    (control_read_row),
-        .o_go          (control_go),
-        .o_shows       (control_shows),
-        .o_valid       (m_axis_tvalid),
-        .o_last        (m_axis_tlast),
-        .o_overrun     (o_overrun)
+        .i_ready   (m_axis_tready),
+        .o_run (control_run), .o_row (control_row), .o_half (control_half),
+        .o_come_half (control_come_half), .o_held_first (control_held_first),
+        .o_held_half (control_held_half), .o_added_first (control_added_first),
+        .o_write_row (control_write_row), .o_write_half (control_write_half),
+        .o_read_row (control_read_row), .o_go (control_go), .o_shows (control_shows),
+        .o_valid   (m_axis_tvalid),
+        .o_last    (m_axis_tlast),
+        .o_overrun (o_overrun)
     );
 
     histogram_channel channel (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_samples     (i_samples),
-        .i_run         (control_run),
-        .i_row         (control_row),
-        .i_half        (control_half),
-        .i_read_row    (control_read_row),
-        .i_go          (control_go),
-        .i_come_half   (control_come_half),
-        .i_held_first  (control_held_first),
-        .i_held_half   (control_held_half),
-        .i_added_first (control_added_first),
-        .i_write_row   (control_write_row),
-        .i_write_half  (control_write_half),
-        .o_bins        (channel_bins)
+        .i_clk (i_clk), .i_rst (i_rst), .i_samples (i_samples), .i_run (control_run),
+        .i_row (control_row), .i_half (control_half), .i_read_row (control_read_row),
+        .i_go (control_go), .i_come_half (control_come_half),
+        .i_held_first (control_held_first), .i_held_half (control_held_half),
+        .i_added_first (control_added_first), .i_write_row (control_write_row),
+        .i_write_half (control_write_half),
+        .o_bins (channel_bins)
     );
 
     always @(posedge i_clk)
         if (i_rst) begin
-            o_laser <= 1'b0;
-            o_epoch <= 1'b0;
-            m_axis_tdata <= 64'd0;
+            {o_laser, o_epoch, m_axis_tdata} <= 0;
         end else begin
             o_laser <= transmit_chip;
             o_epoch <= transmit_epoch;

@@ -31,9 +31,7 @@ module accumulator #(
 
     always @(posedge i_clk)
         if (i_rst) begin
-            total_r <= {BITS{1'b0}};
-            base_r <= {BITS{1'b0}};
-            o_count <= {BITS{1'b0}};
+            {total_r, base_r, o_count} <= 0;
         end else begin
             total_r <= total_r + {{(BITS - 4){i_addend[3]}}, i_addend};
             if (i_dump) begin

@@ -22,17 +22,14 @@ module hit_counter (
     wire [3:0] addend; // hits of one word
 
     quad_counter quad (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_hit  (hit_r),
+        .i_clk (i_clk), .i_rst (i_rst), .i_hit (hit_r),
         .i_down (4'd0),
         .o_sum  (addend)
     );
 
     accumulator #(.BITS(20)) total (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_addend (addend),
-        .i_dump   (i_dump),
-        .o_count  (o_total)
+        .i_clk (i_clk), .i_rst (i_rst), .i_addend (addend), .i_dump (i_dump),
+        .o_count (o_total)
     );
 
     always @(posedge i_clk)

@@ -32,9 +32,8 @@ module lane_delay (
 
     always @(posedge i_clk)
         if (i_rst) begin
+            {o_wrap, o_window} <= 0;
             delayed_r <= DELAYED_LOAD;
-            o_wrap <= 1'b0;
-            o_window <= 8'd0;
         end else begin
             o_window <= (takes_previous & previous) | (~takes_previous & present);
             o_wrap <= i_pre_last_chip & delayed_r[6];

@@ -1,10 +1,8 @@
 // edge_detector: one hit per rising edge of the SPAD's level
 //
 // Of two neighbouring samples at most one is a rising edge, and it is the earlier one exactly
-// when that sample is high: two bits say all about a pair.
-//
-// The last sample of a word is kept outside scans too, so that a pulse that began before a scan
-// does not count in it.
+// when that sample is high: two bits say all about a pair. The last sample of a word is kept
+// outside scans too, so that a pulse that began before a scan does not count in it.
 //
 // Latency  1 clock
 // Made by  goldtof emit image-two-sensors.toml (goldtof 0.1.0)
@@ -34,9 +32,7 @@ module edge_detector (
 
     always @(posedge i_clk)
         if (i_rst) begin
-            last_sample_r <= 1'b0;
-            o_hits <= 4'd0;
-            o_early <= 4'd0;
+            {last_sample_r, o_hits, o_early} <= 0;
         end else begin
             last_sample_r <= i_samples[7];
             o_hits <= pairs;

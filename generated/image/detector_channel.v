@@ -29,34 +29,28 @@ module detector_channel (
         .U_LAST(7'h7f),
         .V_LOAD(7'h3f)
     ) reference (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_advance (stepper_advance),
-        .i_load    (i_start),
-        .o_chip    (reference_chip),
-        .o_epoch   (reference_epoch_unused)
+        .i_clk (i_clk), .i_rst (i_rst), .i_advance (stepper_advance),
+        .i_load  (i_start),
+        .o_chip  (reference_chip),
+        .o_epoch (reference_epoch_unused)
     );
 
     phase_stepper stepper (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_chip          (reference_chip),
+        .i_clk (i_clk), .i_rst (i_rst), .i_chip (reference_chip),
         .i_pre_last_chip (i_pre_last_chip), .i_last_chip (i_last_chip), .i_start (i_start),
-        .o_advance       (stepper_advance),
-        .o_window        (stepper_window)
+        .o_advance (stepper_advance), .o_window (stepper_window)
     );
 
     edge_detector edges (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_samples (i_samples), .i_run (i_run),
-        .o_hits    (edges_hits),
-        .o_early   (edges_early)
+        .i_clk (i_clk), .i_rst (i_rst), .i_samples (i_samples), .i_run (i_run),
+        .o_hits (edges_hits), .o_early (edges_early)
     );
 
     updown_correlator correlator (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_hits      (edges_hits),
-        .i_early     (edges_early),
+        .i_clk (i_clk), .i_rst (i_rst), .i_hits (edges_hits), .i_early (edges_early),
         .i_reference (stepper_window),
-        .i_dump (i_dump), .o_count (o_count)
+        .i_dump      (i_dump),
+        .o_count     (o_count)
     );
 
 endmodule

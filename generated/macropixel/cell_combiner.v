@@ -16,8 +16,7 @@ module cell_combiner (
     // their sums, as far as these matter
     wire [3:0] sum_0 = i_samples[3:0] ^ i_samples[7:4] ^ i_samples[11:8];
     // and their carries
-    wire [3:0] carry_0 =
-        (i_samples[3:0] & i_samples[7:4])
+    wire [3:0] carry_0 = (i_samples[3:0] & i_samples[7:4])
         | (i_samples[11:8] & (i_samples[3:0] | i_samples[7:4]));
     wire [7:0] addends_1 = {sum_0, i_samples[15:12]};
     wire [3:0] carry_1 = addends_1[3:0] & addends_1[7:4];

@@ -23,19 +23,14 @@ module phase_stepper (
     wire       lanes_wrap;
 
     chip_history chips (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_chip    (i_chip),
-        .i_wrap    (lanes_wrap),
-        .o_advance (o_advance),
-        .o_chips   (chips_chips)
+        .i_clk (i_clk), .i_rst (i_rst), .i_chip (i_chip), .i_wrap (lanes_wrap),
+        .o_advance (o_advance), .o_chips (chips_chips)
     );
 
     lane_delay lanes (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_chips         (chips_chips),
+        .i_clk (i_clk), .i_rst (i_rst), .i_chips (chips_chips),
         .i_pre_last_chip (i_pre_last_chip), .i_last_chip (i_last_chip),
-        .o_wrap          (lanes_wrap),
-        .o_window        (o_window)
+        .o_wrap (lanes_wrap), .o_window (o_window)
     );
 
 endmodule

@@ -23,22 +23,19 @@ module updown_correlator (
     reg  [1:0] down_r; // pairs whose hit counts down
     reg  [2:0] sum_r;  // signed count of two pairs
 
-    // reference of each pair's earlier sample
     wire [1:0] early_reference = {i_reference[2], i_reference[0]};
-    // reference of each pair's later sample
     wire [1:0] late_reference = {i_reference[3], i_reference[1]};
 
     accumulator total (
         .i_clk (i_clk), .i_rst (i_rst),
         .i_addend (sum_r),
-        .i_dump (i_dump), .o_count (o_count)
+        .i_dump   (i_dump),
+        .o_count  (o_count)
     );
 
     always @(posedge i_clk)
         if (i_rst) begin
-            hit_r <= 2'd0;
-            down_r <= 2'd0;
-            sum_r <= 3'd0;
+            {hit_r, down_r, sum_r} <= 0;
         end else begin
             down_r <= i_hits & ~((i_early & early_reference) | (~i_early & late_reference));
             hit_r <= i_hits;

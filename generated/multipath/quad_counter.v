@@ -20,19 +20,15 @@ module quad_counter (
     reg  [2:0] hits_r, downs_r;
 
     // or three
-    wire two_hits =
-        (i_hit[0] & i_hit[1]) ^ (i_hit[2] & i_hit[3])
+    wire two_hits = (i_hit[0] & i_hit[1]) ^ (i_hit[2] & i_hit[3])
         ^ ((i_hit[0] ^ i_hit[1]) & (i_hit[2] ^ i_hit[3]));
     // or three
-    wire two_downs =
-        (i_down[0] & i_down[1]) ^ (i_down[2] & i_down[3])
+    wire two_downs = (i_down[0] & i_down[1]) ^ (i_down[2] & i_down[3])
         ^ ((i_down[0] ^ i_down[1]) & (i_down[2] ^ i_down[3]));
 
     always @(posedge i_clk)
         if (i_rst) begin
-            hits_r <= 3'd0;
-            downs_r <= 3'd0;
-            o_sum <= 4'd0;
+            {hits_r, downs_r, o_sum} <= 0;
         end else begin
             hits_r <= {&i_hit, two_hits, ^i_hit};
             downs_r <= {&i_down, two_downs, ^i_down};

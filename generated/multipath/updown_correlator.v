@@ -19,11 +19,10 @@ module updown_correlator (
     output wire [16:0] o_count      // count of the last step, signed
 );
 
-    reg  [3:0] hit_r;           // pairs with a hit
-    reg  [3:0] down_r;          // pairs whose hit counts down
-    wire [3:0] addend;          // signed count of one word
-    wire [3:0] early_reference; // reference of each pair's earlier sample
-    wire [3:0] late_reference;  // reference of each pair's later sample
+    reg  [3:0] hit_r;  // pairs with a hit
+    reg  [3:0] down_r; // pairs whose hit counts down
+    wire [3:0] addend; // signed count of one word
+    wire [3:0] early_reference, late_reference;
     genvar g;
 
     for (g = 0; g < 4; g = g + 1) begin : gen_early_reference
@@ -32,22 +31,18 @@ module updown_correlator (
     end
 
     quad_counter quad (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_hit  (hit_r),
-        .i_down (down_r),
-        .o_sum  (addend)
+        .i_clk (i_clk), .i_rst (i_rst), .i_hit (hit_r), .i_down (down_r),
+        .o_sum (addend)
     );
 
     accumulator total (
-        .i_clk (i_clk), .i_rst (i_rst),
-        .i_addend (addend),
-        .i_dump (i_dump), .o_count (o_count)
+        .i_clk (i_clk), .i_rst (i_rst), .i_addend (addend), .i_dump (i_dump),
+        .o_count (o_count)
     );
 
     always @(posedge i_clk)
         if (i_rst) begin
-            hit_r <= 4'd0;
-            down_r <= 4'd0;
+            {hit_r, down_r} <= 0;
         end else begin
             down_r <= i_hits & ~((i_early & early_reference) | (~i_early & late_reference));
             hit_r <= i_hits;

@@ -24,9 +24,7 @@ module accumulator (
 
     always @(posedge i_clk)
         if (i_rst) begin
-            total_r <= 17'd0;
-            base_r <= 17'd0;
-            o_count <= 17'd0;
+            {total_r, base_r, o_count} <= 0;
         end else begin
             total_r <= total_r + {{13{i_addend[3]}}, i_addend};
             if (i_dump) begin

@@ -29,8 +29,7 @@ module interleaver (
     gold_generator generator (
         .i_clk (i_clk), .i_rst (i_rst),
         .i_advance (i_advance & subchip_r),
-        .o_chip    (generator_chip),
-        .o_epoch   (generator_epoch)
+        .o_chip (generator_chip), .o_epoch (generator_epoch)
     );
 
     always @(posedge i_clk)

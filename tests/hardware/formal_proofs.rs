@@ -100,7 +100,7 @@ fn registers_are_proven_and_faults_in_them_refused() {
         ["reset", "codes", "registers", "counts", "stream", "peak", "axis"]
     );
     let faults: &[Fault] = &[
-        ("registers", "register_file", "end else if (s_axil_bready) begin", "end else begin"),
+        ("registers", "register_file", " | (s_axil_bvalid & ~s_axil_bready)", ""),
         ("registers", "register_file", "& ~s_axil_awready & ~s_axil_bvalid", "& ~s_axil_awready"),
         ("registers", "register_file", "& ~s_axil_arready & ~s_axil_rvalid", "& ~s_axil_arready"),
         ("registers", "scan_sequencer", "i_go & ~o_on & ~taking_r", "i_go & ~taking_r"),
@@ -190,7 +190,7 @@ type Fault = (&'static str, &'static str, &'static str, &'static str);
 
 const FAULTS: &[Fault] = &[
     // Registers that one clock of reset leaves as they are.
-    ("reset", "updown_correlator", "sum_r <= 3'd0;", ""),
+    ("reset", "updown_correlator", "} <= 0;", "} <= 0; sum_r <= sum_r;"),
     ("codes", "gold_generator", "u_r == U_LAST", "u_r == U_LOAD"),
     ("scan", "scan_controller", "o_dump = step_done_r[3]", "o_dump = step_done_r[4]"),
     // Seen at the ports after a scan, or after hundreds of chips.

@@ -67,7 +67,7 @@ fn with_laser(top: &str, line: &str) -> String {
     let edits = [
         ("output reg         o_laser,", "output wire        o_laser,"),
         ("    wire        transmit_chip, ", "    reg laser_r;\n    wire        transmit_chip, "),
-        ("o_laser <= 1'b0;", "laser_r <= 1'b0;"),
+        ("{o_laser, o_epoch} <= 0;", "{laser_r, o_epoch} <= 0;"),
         ("o_laser <= transmit_chip;", "laser_r <= transmit_chip;"),
         ("\nendmodule\n", &format!("    {line}\nendmodule\n")),
     ];

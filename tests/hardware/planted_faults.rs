@@ -81,10 +81,10 @@ pub const QUICK: &[Fault] = &[
         "if",
     ),
     // A reset of one clock leaves something in the pipelines.
-    ("edge_detector.v", "o_hits <= 4'd0;", "o_hits <= pairs;"),
-    ("quad_counter.v", "hits_r <= 3'd0;", "hits_r <= {&i_hit, two_hits, ^i_hit};"),
-    ("quad_counter.v", "o_sum <= 4'd0;", "o_sum <= {1'b0, hits_r} - {downs_r, 1'b0};"),
-    ("accumulator.v", "base_r <= 15'd0;", "base_r <= total_r;"),
+    ("edge_detector.v", "} <= 0;", "} <= 0; o_hits <= pairs;"),
+    ("quad_counter.v", "} <= 0;", "} <= 0; hits_r <= {&i_hit, two_hits, ^i_hit};"),
+    ("quad_counter.v", "} <= 0;", "} <= 0; o_sum <= {1'b0, hits_r} - {downs_r, 1'b0};"),
+    ("accumulator.v", "} <= 0;", "} <= 0; base_r <= total_r;"),
     ("scan_controller.v", "} <= 0;", "} <= 0; step_done_r <= {step_done_r[4:0], o_last_chip};"),
     // The top: the laser's timing.
     ("sensor_top.v", "o_laser <= transmit_chip", "o_laser <= ~transmit_chip"),
@@ -146,7 +146,7 @@ pub const PEAK: &[Fault] = &[
 /// Faults in the Verilog of tests/scenes/totals.toml: total counts of two detectors.
 pub const TOTALS: &[Fault] = &[
     // A lost pair, a sign where there is none, a total that does not clamp or flag.
-    ("hit_counter.v", ".i_hit  (hit_r)", ".i_hit  ({1'b0, hit_r[2:0]})"),
+    ("hit_counter.v", ".i_hit (hit_r)", ".i_hit ({1'b0, hit_r[2:0]})"),
     ("hit_counter.v", ".i_down (4'd0)", ".i_down ({3'd0, hit_r[0]})"),
     ("hit_counter.v", "exact[6:0] | {7{o_clamped}}", "exact[6:0]"),
     ("hit_counter.v", "o_clamped = {1'b0, exact[6:0]} != exact", "o_clamped = 1'b0"),
@@ -202,8 +202,8 @@ pub const REGISTERS: &[Fault] = &[
     ),
     (
         "register_file.v",
-        "single_r <= s_axil_wdata[1]",
-        "single_r <= s_axil_wdata[1] & ~(i_busy & ~s_axil_wdata[0])",
+        "<= s_axil_wdata[1:0]",
+        "<= {s_axil_wdata[1] & ~(i_busy & ~s_axil_wdata[0]), s_axil_wdata[0]}",
     ),
     ("register_file.v", "s_axil_wdata[5:3]", "{1'b1, s_axil_wdata[4:3]}"),
     // The largest values.
@@ -216,8 +216,8 @@ pub const REGISTERS: &[Fault] = &[
     // A host's write in the very clock of what the hardware does.
     (
         "register_file.v",
-        "single_r <= s_axil_wdata[1]",
-        "single_r <= s_axil_wdata[1] & ~i_taken_first",
+        "<= s_axil_wdata[1:0]",
+        "<= {s_axil_wdata[1] & ~i_taken_first, s_axil_wdata[0]}",
     ),
     (
         "register_file.v",
@@ -229,6 +229,12 @@ pub const REGISTERS: &[Fault] = &[
         "{i_refused, i_clamps, i_lost}",
         "{i_refused & ~cleared[2], i_clamps, i_lost}",
     ),
+    // The sign of a second detector's peak, of one count alone.
+    (
+        "register_file.v",
+        "{{26{i_peak_count[11]}}, i_peak_count[11:6]}",
+        "{{26{i_peak_count[11] & ~(&i_peak_count[11:6])}}, i_peak_count[11:6]}",
+    ),
     // The slave: addresses, bytes, errors, who comes first.
     ("register_file.v", "SETTABLE = 16'h7c0", "SETTABLE = 16'h7e0"),
     ("register_file.v", "SETTABLE = 16'h7c0", "SETTABLE = 16'h3c0"),
@@ -238,16 +244,16 @@ pub const REGISTERS: &[Fault] = &[
     // A word that changes while it waits for the host.
     (
         "register_file.v",
-        "end else if (s_axil_rready) begin",
-        "end else if (s_axil_rvalid & ~s_axil_rready & (s_axil_rdata[31:16] + 16'd1 == scans_r)) begin \
-         s_axil_rdata <= state; end else if (s_axil_rready) begin",
+        "s_axil_arready <= read_r & ~i_takes;",
+        "s_axil_arready <= read_r & ~i_takes; if (s_axil_rvalid & ~s_axil_rready & (s_axil_rdata[31:16] + 16'd1 == \
+         scans_r)) s_axil_rdata <= state;",
     ),
     ("register_file.v", "s_axil_arready <= read_r & ~i_takes", "s_axil_arready <= read_r"),
     ("register_file.v", "& ~s_axil_awready & ~s_axil_bvalid", "& ~s_axil_awready"),
     ("register_file.v", "s_axil_rdata <= state;", "s_axil_rdata <= word_r;"),
     // What is told, and cleared.
     ("register_file.v", "runs_r <= 1'b1", "runs_r <= 1'b0"),
-    ("register_file.v", "single_r <= s_axil_wdata[1]", "single_r <= s_axil_wdata[0]"),
+    ("register_file.v", "<= s_axil_wdata[1:0]", "<= {2{s_axil_wdata[0]}}"),
     ("register_file.v", "s_axil_wdata[5:3]", "{s_axil_wdata[5:4], s_axil_wdata[4]}"),
     ("register_file.v", "lost_r <= lost_r + 8'd1", "lost_r <= lost_r + 8'd2"),
     ("register_file.v", "scans_r <= scans_r + 16'd1", "scans_r <= scans_r"),
@@ -280,15 +286,11 @@ pub const TAPS: &[Fault] = &[
 pub const TRACKING: &[Fault] = &[
     // Settings: a window that has the host's, that goes on for ever, or takes a number from another's place.
     ("target_tracker.v", "window_r <= follows_r;", "window_r <= 1'b0;"),
-    (
-        "target_tracker.v",
-        "passes_steps_r <= window_r & passes_r[0]",
-        "passes_steps_r <= passes_r[0]",
-    ),
-    ("target_tracker.v", "window_r & passes_r[1];", "window_r & passes_r[2];"),
+    ("target_tracker.v", "& {2{window_r}}", "& {window_r, 1'b1}"),
+    ("target_tracker.v", "own_r <= passes_r[1:0]", "own_r <= {passes_r[2], passes_r[0]}"),
     ("target_tracker.v", "o_go = i_go & ~waits_r", "o_go = i_go"),
     ("target_tracker.v", "waits_r <= i_word[0] | window_r", "waits_r <= i_word[0]"),
-    ("target_tracker.v", "gain_r <= i_word[3:1]", "gain_r <= i_word[4:2]"),
+    ("target_tracker.v", "<= i_word[10:0]", "<= {i_word[10:4], i_word[4:2], i_word[0]}"),
     // The largest patience; a host's write in the very clock in which a target is lost.
     ("target_tracker.v", "missed_r >= patience_r", "missed_r >= patience_r - {3'd0, &patience_r}"),
     (
@@ -299,20 +301,20 @@ pub const TRACKING: &[Fault] = &[
     // Ends of numbers that windows need not show.
     (
         "target_tracker.v",
-        "threshold_r <= i_word[6:4]",
-        "threshold_r <= i_word[6:4] - {2'd0, &i_word[6:4]}",
+        "<= i_word[10:0]",
+        "<= {i_word[10:7], i_word[6:4] - {2'd0, &i_word[6:4]}, i_word[3:0]}",
     ),
-    ("target_tracker.v", "gain_r <= i_word[3:1]", "gain_r <= i_word[3:1] - {2'd0, &i_word[3:1]}"),
-    ("target_tracker.v", "threshold_r <= i_word[6:4]", "threshold_r <= i_word[5:3]"),
-    ("target_tracker.v", "patience_r <= i_word[10:7]", "patience_r <= {1'b0, i_word[9:7]}"),
+    (
+        "target_tracker.v",
+        "<= i_word[10:0]",
+        "<= {i_word[10:4], i_word[3:1] - {2'd0, &i_word[3:1]}, i_word[0]}",
+    ),
+    ("target_tracker.v", "<= i_word[10:0]", "<= {i_word[10:7], i_word[5:3], i_word[3:0]}"),
+    ("target_tracker.v", "<= i_word[10:0]", "<= {1'b0, i_word[9:0]}"),
     ("target_tracker.v", "if (i_refused) waits_r <= 1'b0", "if (i_refused) waits_r <= waits_r"),
     // Sums: which half, what is left of the window before, signs.
     ("target_tracker.v", "early = ~place_r[2]", "early = ~place_r[1]"),
-    (
-        "target_tracker.v",
-        "slope_r <= 13'd0;\n            end\n            began_r",
-        "slope_r <= slope_r;\n            end\n            began_r",
-    ),
+    ("target_tracker.v", "{place_r, all_r, slope_r} <= 0", "{place_r, all_r} <= 0"),
     ("target_tracker.v", "turned = {{3{i_count[9]}}, i_count}", "turned = {3'd0, i_count}"),
     ("target_tracker.v", "{turned, early}", "{turned, 1'b0}"),
     ("target_tracker.v", "all_r + {{3{i_count[9]}}, i_count}", "all_r + {3'd0, i_count}"),
@@ -323,8 +325,8 @@ pub const TRACKING: &[Fault] = &[
     // Light: shares, what is expected, windows in a row.
     ("target_tracker.v", "least_r <= {1'b0, least_r[12:1]}", "least_r <= least_r"),
     ("target_tracker.v", "{total_r[24], total_r[24:1]}", "{1'b0, total_r[24:1]}"),
-    ("target_tracker.v", "is_any_r & ~is_dim_r", "~is_dim_r"),
-    ("target_tracker.v", "is_any_r & ~is_dim_r", "is_any_r"),
+    ("target_tracker.v", "(|all_r) & ~spare[13]", "~spare[13]"),
+    ("target_tracker.v", "(|all_r) & ~spare[13]", "(|all_r)"),
     ("target_tracker.v", "gained_r <= spare[13:4]", "gained_r <= 10'd0"),
     ("target_tracker.v", "{{3{gained_r[9]}}, gained_r}", "{3'd0, gained_r}"),
     ("target_tracker.v", "(missed_r + 4'd1) & {4{~lit_r}}", "lit_r ? missed_r : missed_r + 4'd1"),
@@ -352,38 +354,32 @@ pub const TRACKING: &[Fault] = &[
     ("target_tracker.v", "ahead_r <= placed[16:15]", "ahead_r <= {1'b0, placed[15]}"),
     ("target_tracker.v", "~placed[14], placed[13:0]", "1'b1, 14'd0"),
     ("target_tracker.v", "owed_r <= HALF_STEP[15:0]", "owed_r <= owed_r"),
-    ("target_tracker.v", "fraction_r <= total_r[14:0]", "fraction_r <= fraction_r"),
+    ("target_tracker.v", "{step_r, fraction_r} <= total_r[21:0]", "step_r <= total_r[21:15]"),
     ("target_tracker.v", "{3'd0, first_r, 15'd0} & {25{found_r}}", "25'd0"),
     ("target_tracker.v", "{3'd0, i_peak_step, 15'd0} & {25{found_r}}", "25'd0"),
     // What follows: patience, flags, a host that stops.
     ("target_tracker.v", "missed_r >= patience_r", "missed_r > patience_r"),
-    (
-        "target_tracker.v",
-        "if (found_r) gives_up_r <= 1'b0",
-        "if (found_r) gives_up_r <= gives_up_r",
-    ),
+    ("target_tracker.v", "{missed_r, gives_up_r} <= 0", "missed_r <= 0"),
     ("target_tracker.v", "follows_r <= keeps", "follows_r <= on_r & ~gives_up_r"),
     ("target_tracker.v", "o_locked <= on_r & window_r & lit_r", "o_locked <= on_r & lit_r"),
     ("target_tracker.v", "follows_r <= keeps", "follows_r <= ~gives_up_r & (window_r | lit_r)"),
     ("target_tracker.v", "o_locked <= on_r & window_r & lit_r", "o_locked <= window_r & lit_r"),
-    ("target_tracker.v", "o_lost <= on_r & gives_up_r", "o_lost <= gives_up_r"),
+    ("target_tracker.v", "& on_r & gives_up_r", "& gives_up_r"),
+    ("target_tracker.v", "{follows_r, o_locked} <= 0", "o_locked <= 0"),
+    ("target_tracker.v", "{follows_r, o_locked} <= 0", "follows_r <= 0"),
+    // What a host that stops reads for a clock.
     (
         "target_tracker.v",
-        "follows_r <= 1'b0;\n                o_locked <= 1'b0;\n            end\n        end",
-        "o_locked <= 1'b0;\n            end\n        end",
-    ),
-    (
-        "target_tracker.v",
-        "follows_r <= 1'b0;\n                o_locked <= 1'b0;\n            end\n        end",
-        "follows_r <= 1'b0;\n            end\n        end",
+        "{follows_r, o_locked} <= 0",
+        "follows_r <= 0; if (~i_go & ~follows_r) o_locked <= 0",
     ),
     ("target_tracker.v", "{step_r, fraction_r[14:7]}", "{step_r, fraction_r[13:6]}"),
     ("target_tracker.v", "stage_r[24] & ~lit_r", "1'b0"),
     // What a reset leaves.
-    ("target_tracker.v", "} <= 0;", "} <= 0; follows_r <= follows_r;"),
+    ("target_tracker.v", "o_lost} <= 0;", "o_lost} <= 0; follows_r <= follows_r;"),
     // What a host reads, and clears.
     ("register_file.v", "{s_axil_wdata[7]", "{s_axil_wdata[6]"),
-    ("sensor_top.v", ".i_go            (tracker_go)", ".i_go            (registers_go)"),
+    ("sensor_top.v", ".i_go (tracker_go)", ".i_go (registers_go)"),
     ("register_file.v", "peak_word == 2'd2", "peak_word == 2'd3"),
     ("register_file.v", "{i_target_lost, i_refused", "{1'b0, i_refused"),
 ];

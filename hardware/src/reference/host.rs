@@ -27,6 +27,18 @@ pub enum Request {
         /// Byte address.
         address: u32,
     },
+    /// A word that is written without a pause, and one that is read so many clocks behind it, whether it has been answered or
+    /// not.
+    Follow {
+        /// Byte address that is written to.
+        address: u32,
+        /// The word.
+        data: u32,
+        /// Byte address that is read.
+        read: u32,
+        /// Clocks.
+        clocks: u32,
+    },
     /// Nothing for so many clocks.
     Wait {
         /// Clocks.
@@ -238,6 +250,11 @@ impl Host {
                     self.write = Some(Writing { address, data, strobe, address_after, data_after });
                 }
                 Some(Request::Read { address }) => self.read = Some((address, self.wait())),
+                Some(Request::Follow { address, data, read, clocks }) => {
+                    let (strobe, address_after, data_after) = (0xf, 0, 0);
+                    self.write = Some(Writing { address, data, strobe, address_after, data_after });
+                    self.read = Some((read, clocks));
+                }
                 Some(Request::Wait { clocks }) => self.waits = clocks,
                 Some(Request::Stall { channel, clocks }) => self.stall = Some((channel, clocks)),
                 Some(Request::Meet { event, address, data, within }) => {

@@ -94,6 +94,11 @@ pub(super) enum Hits {
         lane: u64,
         up: bool,
     },
+    /// A single one that all steps of the group count so.
+    OneForAll {
+        detector: DetectorIndex,
+        up: bool,
+    },
     /// On the first, or the last, sample of the group.
     Border {
         first: bool,

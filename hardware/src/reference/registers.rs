@@ -9,6 +9,7 @@ use super::canvas::Canvas;
 use super::coverage::{First, LONG_STALL, Meeting, RegisterKind, RegisterPoint, TrackPoint};
 use super::host::{Channel, HardwareEvent};
 use super::host_ports::{HostInputs, HostOutputs};
+use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 use crate::sensor::layout::{Field, Layout, mask};
 use crate::sensor::port::PortRole;
@@ -142,6 +143,8 @@ struct Seen {
     stalled: Option<Channel>,
     /// What other numbers would have told, as long as what was told stands.
     rivals: Vec<Rival>,
+    /// A target was followed up to the last clock, and is no longer, since scans are not wanted.
+    has_stopped: bool,
 }
 
 impl RegisterModel {
@@ -263,6 +266,7 @@ impl RegisterModel {
                     self.hear(clock);
                 }
                 self.follow(self.go());
+                self.seen.has_stopped = false;
                 self.target = None;
                 self.show(clock..until, expected);
                 clock = until;
@@ -362,6 +366,7 @@ impl RegisterModel {
 
     /// A target is followed as long as scans are wanted.
     fn follow(&mut self, goes: bool) {
+        self.seen.has_stopped = self.locked && !goes;
         self.locked &= goes;
         if !goes {
             self.seen.rivals.clear();
@@ -462,9 +467,13 @@ impl RegisterModel {
             let of = self.place(host.read_address.into());
             self.seen.read = Some(of);
             self.prove_numbers(host.read_address.into());
+            self.prove_minus_one(host.read_address.into());
             if matches!(of, RegisterKind::Control | RegisterKind::Status) {
                 let met = self.seen.met.take().filter(|meeting| state >> meeting.bit & 1 == 1);
                 self.seen.points.extend(met.map(|meeting| RegisterPoint::Met { meeting }));
+                let what = TrackPoint::Stopped;
+                let stopped = self.seen.has_stopped.then_some(RegisterPoint::Tracked { what });
+                self.seen.points.extend(stopped);
                 let is_round = std::mem::take(&mut self.seen.lost_goes_round);
                 self.seen.points.extend(is_round.then_some(RegisterPoint::LostGoesRound));
                 let counted = (0..SCANS_BITS).filter(|bit| state >> (state::SCANS + bit) & 1 == 1);
@@ -534,6 +543,16 @@ impl RegisterModel {
         };
         let proven = self.seen.rivals.iter().filter(differs).map(|rival| rival.point);
         self.seen.points.extend(proven.map(|what| RegisterPoint::Tracked { what }));
+    }
+
+    /// Marks a count of -1 that is read.
+    fn prove_minus_one(&mut self, address: u32) {
+        let Some(word) = (address & !3).checked_sub(PEAKS).map(|from| from as usize / 4) else {
+            return;
+        };
+        let is_count = word % 2 == 1 && self.peaks.get(word / 2).is_some_and(|peak| peak.1 == -1);
+        let detector = DetectorIndex(word / 2);
+        self.seen.points.extend(is_count.then_some(RegisterPoint::MinusOne { detector }));
     }
 
     /// What an address is of.

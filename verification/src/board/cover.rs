@@ -31,10 +31,13 @@ pub(super) const MANY_HITS: &str = "more than 65535 hits of a sample are counted
 /// A place that the last result of the sensor's own scans has.
 pub(super) const LAST_PLACE: &str = "a place as large as the sensor's scans have";
 
+/// A loss that has to wait until the one before it has been told.
+pub(super) const LOSS_BEHIND_LOSS: &str = "results are lost less than half a FIFO behind a loss";
+
 /// A situation, and the boards on which it has to come up.
 type Point = (&'static str, fn(&Facts) -> bool);
 
-const POINTS: [Point; 33] = [
+const POINTS: [Point; 36] = [
     ("a pause within a request", |_| true),
     ("a request of an unknown kind", |_| true),
     ("a request while one is answered", |_| true),
@@ -59,6 +62,9 @@ const POINTS: [Point; 33] = [
     }),
     ("the FIFO's places go round", |facts| facts.sums.is_none()),
     ("results are lost", Facts::loses),
+    (LOSS_BEHIND_LOSS, |facts| facts.loses() && facts.sums.is_none()),
+    ("a reset before a loss is told", |facts| facts.loses() && facts.sums.is_none()),
+    ("a reset behind a loss that was told", |facts| facts.loses() && facts.sums.is_none()),
     ("a scan is whole behind a loss", Facts::loses),
     ("a scan is lost with the FIFO more than half full", Facts::loses),
     ("a scan is taken with the FIFO less than half full", Facts::loses),

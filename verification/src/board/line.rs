@@ -8,7 +8,7 @@ use goldtof_wire::{
 };
 
 use super::BoardRun;
-use super::cover::{Cover, LAST_PLACE, MANY_HITS};
+use super::cover::{Cover, LAST_PLACE, LOSS_BEHIND_LOSS, MANY_HITS};
 use super::model::{BoardOutcome, Facts};
 use super::script::{BoardScript, Era, ExpectedAnswer, HITS_OF_BLOCK, Moment, Offer};
 
@@ -70,6 +70,7 @@ impl fmt::Display for Flags {
 }
 
 /// Of results that come in order, some of which may be lost.
+#[derive(Default)]
 struct Results<'a> {
     due: &'a [Due],
     scans: &'a [(usize, bool)],
@@ -79,8 +80,9 @@ struct Results<'a> {
     whole_until: usize,
     /// There was a loss before the next one.
     has_lost: bool,
-    /// How many were lost.
+    /// How many were lost, and the place behind the last loss.
     lost: u64,
+    lost_before: usize,
 }
 
 impl Facts {
@@ -118,8 +120,11 @@ impl Facts {
             let from = number.checked_sub(1).map_or(0, |before| outcome.taken[before]);
             let due = self.due(&script.offers[from.min(script.offers.len())..]);
             answers.clear();
+            let Some(era) = script.eras.get(number) else {
+                return Err("there was no reason for a reset".to_owned());
+            };
             self.check_line(
-                script,
+                (script, era),
                 line,
                 number > 0,
                 &due,
@@ -128,17 +133,17 @@ impl Facts {
                 &mut told,
                 cover,
             )
-            .and_then(|()| {
-                let Some(era) = script.eras.get(number) else {
-                    return Err("there was no reason for a reset".to_owned());
-                };
-                self.check_answers(era, outcome, &answers, cover)?;
+            .and_then(|flags| {
+                self.check_answers(era, (script, outcome), &answers, cover)?;
                 // The own core's are nowhere written down.
-                if script.is_whole() {
-                    Ok(())
-                } else {
-                    era.check_transfers(&outcome.transfers[number])
+                if !script.is_whole() {
+                    era.check_transfers(&outcome.transfers[number])?;
                 }
+                // Where requests were not received there may be no frames to tell them.
+                if is_last && !flags.are_told() {
+                    return Err(format!("flags were not told: {flags}"));
+                }
+                Ok(())
             })
             .map_err(|fault| match number {
                 0 => fault,
@@ -228,11 +233,11 @@ impl Facts {
         (0..=line.len().min(2)).find(begins).unwrap_or(0)
     }
 
-    /// Frames of the line from one reset to the next.
+    /// Frames of the line from one reset to the next; gives the flags as far as they were told.
     #[expect(clippy::too_many_arguments, reason = "one call")]
     fn check_line(
         &self,
-        script: &BoardScript,
+        (script, era): (&BoardScript, &Era),
         line: &[u8],
         is_behind_reset: bool,
         due: &[Due],
@@ -240,12 +245,12 @@ impl Facts {
         answers: &mut Vec<Frame>,
         told: &mut BoardRun,
         cover: &mut Cover,
-    ) -> Result<(), String> {
+    ) -> Result<Flags, String> {
         let begin = if is_behind_reset { self.first_frame(line) } else { 0 };
         let mut decoder = Decoder::new(Some(self.layout));
         decoder.push(&line[begin..]);
-        let mut results =
-            Results { due, scans: &script.scans, at: 0, whole_until: 0, has_lost: false, lost: 0 };
+        let scans = if is_behind_reset { &[] } else { &script.scans[..] };
+        let mut results = Results { due, scans, ..Results::default() };
         let (mut at, mut sequence, mut frames) = (begin, 0_u8, 0);
         let mut flags = Flags::new(script, self.has_saturated);
         // Whether there were results, and an answer behind them.
@@ -259,7 +264,7 @@ impl Facts {
                             loss.frames
                         ));
                     }
-                    results.lose(loss.dropped, script.may_lose_behind, self, cover)?;
+                    results.lose(loss.dropped, era.may_lose_behind, self, cover)?;
                     continue;
                 }
                 Event::Frame(frame) => frame,
@@ -327,6 +332,9 @@ impl Facts {
         if rest > 2 && !is_last {
             cover.reach("a reset within a frame");
         }
+        if results.lost > 0 && !is_last {
+            cover.reach("a reset behind a loss that was told");
+        }
         if is_last && results.at < due.len() {
             return Err(format!(
                 "of {} results that the core sent {} never came",
@@ -334,10 +342,7 @@ impl Facts {
                 due.len() - results.at
             ));
         }
-        if is_last && !flags.are_told() {
-            return Err(format!("flags were not told: {flags}"));
-        }
-        Ok(())
+        Ok(flags)
     }
 
     /// Bytes of the longest frame.
@@ -349,7 +354,7 @@ impl Facts {
     fn check_answers(
         &self,
         era: &Era,
-        outcome: &BoardOutcome,
+        (script, outcome): (&BoardScript, &BoardOutcome),
         answers: &[Frame],
         cover: &mut Cover,
     ) -> Result<(), String> {
@@ -360,7 +365,9 @@ impl Facts {
                     break;
                 }
                 return Err(format!(
-                    "request {number} got no answer, which was to be {expected:?}"
+                    "request {number}, from a host whose bits take {:.3} of the line's, got no answer, which was to be \
+                     {expected:?}",
+                    script.rates.0
                 ));
             };
             let is_right = match (expected, answer) {
@@ -492,6 +499,10 @@ impl Results<'_> {
             ));
         }
         cover.reach("results are lost");
+        if self.lost > dropped && at - self.lost_before < 1 << (facts.fifo_address_bits - 1) {
+            cover.reach(LOSS_BEHIND_LOSS);
+        }
+        self.lost_before = self.at;
         for &(first, comes) in self.scans.iter().filter(|(first, _)| (at..self.at).contains(first))
         {
             if comes {

@@ -23,7 +23,7 @@ pub(super) struct PlannedRun {
 }
 
 /// All of them, those of the board's own core last.
-pub(super) const RUNS: [PlannedRun; 8] = [
+pub(super) const RUNS: [PlannedRun; 9] = [
     PlannedRun {
         name: "requests, whole and torn, of a host that sends as fast as a board may take, and reads slower",
         is_meant: |_| true,
@@ -53,6 +53,11 @@ pub(super) const RUNS: [PlannedRun; 8] = [
         name: "resets by the PLL's lock",
         is_meant: |_| true,
         script: |_, facts, seed| Ok(resets(facts, seed)),
+    },
+    PlannedRun {
+        name: "resets among losses",
+        is_meant: |facts| facts.loses() && facts.sums.is_none(),
+        script: |_, facts, seed| Ok(resets_among_losses(facts, seed)),
     },
     PlannedRun {
         name: "hits by sample",
@@ -248,7 +253,7 @@ fn too_fast(facts: &Facts, seed: u64) -> BoardScript {
         // A result has a clock of its own.
         (due.floor() - before.floor() - 1.0).max(0.0) as u64
     });
-    maker.script.may_lose_behind = Some(at_once + in_time);
+    maker.era().may_lose_behind = Some(at_once + in_time);
     // It goes full; scans are taken again from where it is less than half full.
     maker.offer(depth, |_, _| 0);
     for comes in [false, true] {
@@ -275,12 +280,57 @@ fn too_fast(facts: &Facts, seed: u64) -> BoardScript {
             _ => rng.random_range(0.0..chips) as u64,
         });
     }
+    // Short scans without a pause fill it again as soon as there is room, twice: the second time the first loss is told
+    // just before that, as half of the FIFO lies between. They come from a little before that until a little behind it.
+    maker.offer(depth + SHORT_SCAN, |_, number| if number == 0 { drained(0.66) } else { 0 });
+    for rest in [0.47, 0.43] {
+        for scan in 0..(0.06 * chips) as usize * depth / SHORT_SCAN {
+            let first = if scan == 0 { drained(rest) } else { 0 };
+            maker.offer(SHORT_SCAN, |_, number| if number == 0 { first } else { 0 });
+        }
+    }
     // A loss is told with the result that comes next: the last scan comes late enough to be taken.
     maker.script.scans.push((maker.script.offers.len(), true));
     maker.offer(20, |_, number| if number == 0 { drained(0.66) } else { 0 });
     // Not before the results that just fit.
     maker.pause((1.1 * facts.bits_of_results(in_time as u64)) as u32);
     ask_seldom(&mut maker);
+    maker.made()
+}
+
+/// Results of a short scan.
+const SHORT_SCAN: usize = 100;
+
+/// Resets while results are lost, before a loss is told and behind that: what comes next is as it would be without
+/// a loss, and the number of those that are lost then begins anew.
+fn resets_among_losses(facts: &Facts, seed: u64) -> BoardScript {
+    const IN_TIME: usize = 20;
+    let mut maker = Maker::new(facts, seed);
+    let (depth, chips) = (1_usize << facts.fifo_address_bits, maker.chips_per_result());
+    let drained = |share: f64| (share * chips * depth as f64) as u64;
+    // Bits before a reset, and between it and the next result.
+    let rest = (400.0 * facts.chips_per_bit) as u64;
+    let reset = |maker: &mut Maker| {
+        let waits: u64 = maker.script.offers.iter().map(|offer| offer.wait + 1).sum();
+        maker.pause_until(waits as f64 / facts.chips_per_bit + 200.0);
+        maker.unlock(20.0);
+    };
+    let (at_once, then) = (depth + 300, [None, Some(0.0), Some(0.7), Some(0.7)]);
+    for (number, told) in then.into_iter().enumerate() {
+        maker.offer(IN_TIME, |_, number| if number == 0 { rest } else { chips as u64 });
+        maker.era().may_lose_behind = Some(IN_TIME + depth - 48);
+        maker.offer(at_once, |_, _| 0);
+        if let Some(share) = told {
+            maker.offer(IN_TIME, |_, number| if number == 0 { drained(0.55) } else { 0 });
+            maker.offer(IN_TIME, |_, number| if number == 0 { drained(share) } else { 0 });
+        }
+        if number + 1 < then.len() {
+            reset(&mut maker);
+        }
+        if number < 2 {
+            maker.script.points.push("a reset before a loss is told".to_owned());
+        }
+    }
     maker.made()
 }
 
@@ -313,7 +363,7 @@ fn sums_too_fast(facts: &Facts, seed: u64) -> BoardScript {
         offered += count * results;
         offered
     };
-    maker.script.may_lose_behind = Some(depth - 48);
+    maker.era().may_lose_behind = Some(depth - 48);
     let full = offer(&mut maker, depth.div_ceil(results) + 1, 0);
     maker.script.scans.push((full, false));
     let mut lost = offer(&mut maker, 1, 0);

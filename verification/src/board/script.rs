@@ -70,6 +70,8 @@ pub(super) struct Era {
     pub transfers: Vec<String>,
     /// The last of either may be missing: the next reset may have cut it.
     pub is_cut: bool,
+    /// Results may be lost, but not among so many at first.
+    pub may_lose_behind: Option<usize>,
 }
 
 /// What is done to a board in a run, and what has to come of it.
@@ -91,9 +93,7 @@ pub(super) struct BoardScript {
     pub eras: Vec<Era>,
     /// The core's flags, one after another.
     pub flags: Vec<u8>,
-    /// Results may be lost, but not among so many at first.
-    pub may_lose_behind: Option<usize>,
-    /// Scans by their first results, and whether they have to come, or to be lost.
+    /// Scans by their first results up to the first reset, and whether they have to come, or to be lost.
     pub scans: Vec<(usize, bool)>,
     /// The line has to be full all the time.
     pub keeps_line_full: bool,

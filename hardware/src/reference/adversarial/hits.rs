@@ -180,6 +180,10 @@ impl<'a> GroupWords<'a> {
         let parallel = u64::from(self.reference.interface().parallel());
         let lane_of = |sample| u64::from(self.sampling.lane_of(sample));
         let last = Sample(self.samples().end.0.checked_sub(1)?);
+        let all_count = |sample, up| {
+            let signs = self.signs.at(sample);
+            (0..parallel).all(|step| signs.count_up(step) == up)
+        };
         match hits {
             Hits::EveryOther => self.singles(|_| true, out),
             Hits::Lane { lane, .. } => self.singles(|s| lane_of(s) == lane, out),
@@ -194,12 +198,10 @@ impl<'a> GroupWords<'a> {
                 self.singles(is_wanted, out);
             }
             Hits::OneSided { step, up } => self.singles(|s| self.counts_up(step, s) == up, out),
-            Hits::AllSteps { up } => {
-                let all = |s| {
-                    let signs = self.signs.at(s);
-                    (0..parallel).all(|step| signs.count_up(step) == up)
-                };
-                self.singles(all, out);
+            Hits::AllSteps { up } => self.singles(|s| all_count(s, up), out),
+            Hits::OneForAll { up, .. } => {
+                let mut samples = (self.first_certain().0..=last.0).map(Sample);
+                out.push(Pulse::of_one(samples.find(|&s| all_count(s, up))?));
             }
             Hits::One { step, lane, up, .. } => {
                 let found = (self.first_certain().0..=last.0)
@@ -301,6 +303,7 @@ impl Hits {
     pub fn detector(self) -> Option<DetectorIndex> {
         match self {
             Hits::One { detector, .. }
+            | Hits::OneForAll { detector, .. }
             | Hits::Lane { detector, .. }
             | Hits::BeyondLimitAtEnd { detector, .. }
             | Hits::Count { detector, .. }

@@ -410,10 +410,9 @@ fn indented(text: &str) -> String {
     text.lines().map(line).collect()
 }
 
-/// What an instance is connected to, a line for each port; clock and reset share one, and so do many
-/// neighbours that go straight through.
+/// What an instance is connected to: neighbours share lines that go the same way and are named alike on both
+/// sides; any other port has its own.
 fn connections(out: &mut String, connections: &[(String, Term)]) {
-    let port_width = connections.iter().map(|(port, _)| port.len()).max().unwrap_or(0);
     let last = connections.len() - 1;
     let texts: Vec<(String, String)> = connections
         .iter()
@@ -423,47 +422,41 @@ fn connections(out: &mut String, connections: &[(String, Term)]) {
             (format!(".{port}"), format!("({}){comma}", expression(value)))
         })
         .collect();
-    let kind = |(port, value): &(String, Term)| match *value == Term::Name(port.clone()) {
-        true if [CLOCK.0, RESET.0].contains(&port.as_str()) => Passes::Clocking,
-        true => Passes::Through,
-        false => Passes::Renamed,
-    };
     let mut at = 0;
-    for run in connections.chunk_by(|a, b| kind(a) == kind(b)) {
-        let texts = &texts[at..at + run.len()];
-        at += run.len();
-        match kind(&run[0]) {
-            Passes::Renamed => {}
-            Passes::Through if run.len() < LEAST_THROUGH => {}
-            _ => {
-                let all: Vec<String> =
-                    texts.iter().map(|(port, value)| format!("{port} {value}")).collect();
-                for line in filled(&all.join(" "), 0, LINE_WIDTH - 8) {
-                    let _ = writeln!(out, "        {line}");
-                }
-                continue;
-            }
+    let runs = connections.chunk_by(|a, b| shares(a).is_some() && shares(a) == shares(b));
+    let runs: Vec<&[(String, String)]> = runs
+        .map(|run| {
+            at += run.len();
+            &texts[at - run.len()..at]
+        })
+        .collect();
+    let alone = runs.iter().filter(|run| run.len() == 1);
+    let width = alone.map(|run| run[0].0.len()).max().unwrap_or(0);
+    for run in runs {
+        if let [(port, value)] = run {
+            push_broken(out, 8, &format!("{port:width$}"), value);
+            continue;
         }
-        for (port, value) in texts {
-            push_broken(out, 8, &format!("{port:width$}", width = port_width + 1), value);
+        let all: Vec<String> = run.iter().map(|(port, value)| format!("{port} {value}")).collect();
+        for line in filled("", &all.join(" "), 0, LINE_WIDTH - 8) {
+            let _ = writeln!(out, "        {line}");
         }
     }
     out.push_str("    );\n");
 }
 
-/// How a port of an instance is connected.
-#[derive(PartialEq)]
-enum Passes {
-    /// The clock, or the reset.
-    Clocking,
-    /// To what has its name.
-    Through,
-    /// To something else.
-    Renamed,
+/// Which lines a connection shares: where it goes to what has the port's name, as a register or behind an instance's
+/// name or not, those of its direction.
+fn shares((port, value): &(String, Term)) -> Option<bool> {
+    let Term::Name(name) = value else {
+        return None;
+    };
+    let plain = port.trim_start_matches("i_").trim_start_matches("o_");
+    let name = name.strip_suffix("_r").unwrap_or(name);
+    let is_alike =
+        name.strip_suffix(plain).is_some_and(|before| before.is_empty() || before.ends_with('_'));
+    is_alike.then(|| port.starts_with("o_"))
 }
-
-/// Neighbours that go straight through and share lines.
-const LEAST_THROUGH: usize = 2;
 
 /// Registers, wires, and what the wires are made of where one expression says that.
 fn declarations(sheet: &Sheet) -> String {

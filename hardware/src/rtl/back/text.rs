@@ -49,30 +49,24 @@ pub fn commented(indent: usize, code: &str, padding: usize, about: &str) -> Stri
     out
 }
 
-/// `head rest` on one line, or `rest` on lines below it: broken after commas and
-/// before operators, in as few brackets as will do, and rather after commas.
+/// `head rest` on one line, or on several: broken after commas and before operators, in as few
+/// brackets as will do, and rather after commas.
 pub fn push_broken(out: &mut String, indent: usize, head: &str, rest: &str) {
-    let one_line = format!("{:indent$}{head} {rest}", "");
-    if one_line.len() <= LINE_WIDTH {
-        let _ = writeln!(out, "{one_line}");
-        return;
-    }
-    let _ = writeln!(out, "{:indent$}{head}", "");
-    let indent = indent + 4;
     let width = LINE_WIDTH - indent;
     let worst = gaps(rest).map(|(_, rank)| rank).max().unwrap_or(0);
     let lines = (0..worst)
-        .map(|rank| filled(rest, rank, width))
+        .map(|rank| filled(head, rest, rank, width))
         .find(|lines| lines.iter().all(|line| line.len() <= width))
-        .unwrap_or_else(|| filled(rest, worst, width));
+        .unwrap_or_else(|| filled(head, rest, worst, width));
     for line in lines {
         let _ = writeln!(out, "{:indent$}{line}", "");
     }
 }
 
-/// `text` in lines of at most `width`, broken at gaps of at most `rank`.
-pub fn filled(text: &str, rank: usize, width: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
+/// `text` in lines of at most `width`, broken at gaps of at most `rank`. Behind a head, which the first line
+/// begins with, the others are indented.
+pub fn filled(head: &str, text: &str, rank: usize, width: usize) -> Vec<String> {
+    let mut lines = vec![head.to_owned()];
     let mut start = 0;
     let ends = gaps(text).filter(|gap| gap.1 <= rank).map(|gap| gap.0);
     for end in ends.chain([text.len()]) {
@@ -85,7 +79,8 @@ pub fn filled(text: &str, rank: usize, width: usize) -> Vec<String> {
             line.push(' ');
             line.push_str(piece);
         } else {
-            lines.push(piece.to_owned());
+            let indent = if head.is_empty() { 0 } else { 4 };
+            lines.push(format!("{:indent$}{piece}", ""));
         }
     }
     lines
@@ -117,12 +112,13 @@ pub fn clocked_block(sheet: &Sheet) -> String {
     }
     let mut out = "\n    always @(posedge i_clk)\n".to_owned();
     let reset = Term::Name(RESET.0.to_owned());
-    if let Some(lines) = short_if("if", (&reset, &sheet.resets, &sheet.clocked), 8) {
+    let resets = reset_first(&sheet.resets);
+    if let Some(lines) = short_if("if", (&reset, &resets, &sheet.clocked), 8) {
         lines.iter().for_each(|line| _ = writeln!(out, "{line}"));
         return out;
     }
     out.push_str("        if (i_rst) begin\n");
-    push_resets(&mut out, &sheet.resets, 12);
+    push_lines(&mut out, &resets, 12);
     match sheet.clocked.as_slice() {
         [] => out.push_str("        end\n"),
         [VerilogLine::If { test, yes, no }] => push_if(&mut out, "end else if", (test, yes, no), 8),
@@ -135,27 +131,64 @@ pub fn clocked_block(sheet: &Sheet) -> String {
     out
 }
 
-/// Registers to 0 that have a line each.
-const MOST_RESETS_ALONE: usize = 3;
+/// Registers and their values after reset, those to 0 first.
+fn reset_first(resets: &[VerilogLine]) -> Vec<VerilogLine> {
+    let (zeros, others): (Vec<_>, Vec<_>) = resets
+        .iter()
+        .cloned()
+        .partition(|line| matches!(line, VerilogLine::Store { value, .. } if is_zero(value)));
+    [zeros, others].concat()
+}
 
-/// Values after reset. Of many registers those to 0 have one statement.
-fn push_resets(out: &mut String, resets: &[VerilogLine], indent: usize) {
-    let cleared = |line: &VerilogLine| match line {
-        VerilogLine::Store { target, value: Term::Literal { value: 0, .. } } => {
-            Some(expression(target))
+fn is_zero(value: &Term) -> bool {
+    matches!(value, Term::Literal { value: 0, .. })
+}
+
+/// Neighbours that are cleared, or that take neighbouring parts of one signal, as one statement.
+fn together(block: &[VerilogLine]) -> Vec<VerilogLine> {
+    let mut out: Vec<VerilogLine> = Vec::new();
+    for line in block {
+        match out.last().and_then(|before| both(before, line)) {
+            Some(one) => *out.last_mut().expect("there is one before") = one,
+            None => out.push(line.clone()),
         }
-        _ => None,
+    }
+    out
+}
+
+/// One statement of two, if there is one.
+fn both(first: &VerilogLine, second: &VerilogLine) -> Option<VerilogLine> {
+    let (
+        VerilogLine::Store { target: one, value },
+        VerilogLine::Store { target: other, value: next },
+    ) = (first, second)
+    else {
+        return None;
     };
-    let all: Vec<String> = resets.iter().filter_map(cleared).collect();
-    if all.len() <= MOST_RESETS_ALONE {
-        return push_lines(out, resets, indent);
+    let stored = |high: &Term, low: &Term, value| {
+        let parts = [high, low].map(|target| match target {
+            Term::Concat(parts) => parts.clone(),
+            other => vec![other.clone()],
+        });
+        VerilogLine::Store { target: Term::Concat(parts.concat()), value }
+    };
+    let (Term::Part { name, low, width }, Term::Part { name: same, low: from, width: bits }) =
+        (value, next)
+    else {
+        return (is_zero(value) && is_zero(next)).then(|| stored(one, other, next.clone()));
+    };
+    if name != same || low.is_of_loop() || from.is_of_loop() {
+        return None;
     }
-    for line in filled(&format!("{{{}}} <= 0;", all.join(", ")), 2, LINE_WIDTH - indent) {
-        let _ = writeln!(out, "{:indent$}{line}", "");
+    let all =
+        |low: &Num| Term::Part { name: name.clone(), low: low.clone(), width: width.add(bits) };
+    if low.add(width) == *from {
+        Some(stored(other, one, all(low)))
+    } else if from.add(bits) == *low {
+        Some(stored(one, other, all(from)))
+    } else {
+        None
     }
-    let others: Vec<VerilogLine> =
-        resets.iter().filter(|line| cleared(line).is_none()).cloned().collect();
-    push_lines(out, &others, indent);
 }
 
 /// How a loop begins.
@@ -163,9 +196,23 @@ pub fn loop_head(trips: &Num, index: &str) -> String {
     format!("for ({index} = 0; {index} < {}; {index} = {index} + 1)", trips.text())
 }
 
+/// A statement on one line. What is cleared together has no width of its own.
+fn store(target: &Term, value: &Term) -> String {
+    let value = match target {
+        Term::Concat(_) if is_zero(value) => "0".to_owned(),
+        _ => expression(value),
+    };
+    format!("{} <= {value};", expression(target))
+}
+
 fn push_lines(out: &mut String, block: &[VerilogLine], indent: usize) {
-    for line in block {
+    for line in &together(block) {
         match line {
+            VerilogLine::Store { target: target @ Term::Concat(_), value } => {
+                for line in filled("", &store(target, value), 2, LINE_WIDTH - indent) {
+                    let _ = writeln!(out, "{:indent$}{line}", "");
+                }
+            }
             VerilogLine::Store { target, value } => {
                 let head = format!("{} <=", expression(target));
                 push_broken(out, indent, &head, &format!("{};", expression(value)));
@@ -221,10 +268,10 @@ fn short_if(
     indent: usize,
 ) -> Option<Vec<String>> {
     let line = |head: &str, block: &[VerilogLine]| {
-        let [VerilogLine::Store { target, value }] = block else {
+        let [VerilogLine::Store { target, value }] = &together(block)[..] else {
             return None;
         };
-        let line = format!("{:indent$}{head} {} <= {};", "", expression(target), expression(value));
+        let line = format!("{:indent$}{head} {}", "", store(target, value));
         (line.len() <= LINE_WIDTH).then_some(line)
     };
     let mut lines = vec![line(&format!("{head} ({})", expression(test)), yes)?];

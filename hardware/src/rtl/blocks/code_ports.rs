@@ -14,7 +14,7 @@ pub struct CodePorts {
     /// start again as after reset; wins over i_advance
     #[when(reloads)]
     pub i_load: Optional<Input<bool>>,
-    /// first chips of the second register, the earliest in bit 0: what i_load gives it{taps_about(seed)}
+    /// the second register's first chips at i_load, earliest in bit 0{taps_about(seed)}
     #[when(seed.is_some())]
     #[width(seed.map_or(0, |seed| seed.bits))]
     pub i_seed: Optional<Input<Word>>,

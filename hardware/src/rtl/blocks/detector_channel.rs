@@ -95,7 +95,7 @@ pub struct DetectorChannel {
     /// a scan begins with the next clock
     #[when(realigns)]
     pub i_start: Optional<Input<bool>>,
-    /// first chips of the code's second register, the earliest in bit 0: what i_start gives it{taps_about(seed)}
+    /// second register's chips at i_start, first in bit 0{taps_about(seed)}
     #[when(seed.is_some())]
     #[width(seed.map_or(0, |seed| seed.bits))]
     pub i_seed: Optional<Input<Word>>,

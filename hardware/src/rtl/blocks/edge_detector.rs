@@ -10,10 +10,8 @@ use crate::rtl::front::prelude::*;
 /// one hit per rising edge of {if cells > 1 { "each cell's level" } else { "the SPAD's level" }}
 ///
 /// Of two neighbouring samples at most one is a rising edge, and it is the earlier one exactly when that
-/// sample is high: two bits say all about a pair.
-///
-/// The last sample of a word is kept outside scans too, so that a pulse that began before a scan
-/// does not count in it.
+/// sample is high: two bits say all about a pair. The last sample of a word is kept outside scans too,
+/// so that a pulse that began before a scan does not count in it.
 ///
 /// - Latency: 1 clock
 pub struct EdgeDetector {

@@ -108,7 +108,7 @@ pub struct RegisterFile {
     pub o_word: Output<Word>,
     /// scans are wanted
     pub o_go: Output<bool>,
-    /// settings were written since the last take-over, or a single scan was asked for
+    /// settings were written since, or one scan asked for
     pub o_changed: Output<bool>,
     /// settings do not fit
     pub i_refused: Input<bool>,
@@ -129,7 +129,7 @@ pub struct RegisterFile {
     #[when(has_peaks)]
     #[width(plan.peaks * peak_bits.1)]
     pub i_peak_count: Optional<Input<Word>>,
-    /// phase step of the target's peak, and 8 bits of its fraction
+    /// phase step of the target's peak, and 8 bits of fraction
     #[when(tracks)]
     #[width(plan.track.map_or(1, |track| track.position_bits()))]
     pub i_position: Optional<Input<Word>>,
@@ -159,7 +159,7 @@ pub struct RegisterFile {
     read: Register<bool>,
     /// it has been
     fetched: Register<bool>,
-    /// the address read is a word's in the memory, but for the state's bit
+    /// the address read is a word's, but for the state's bit
     by_word: Register<bool>,
     /// it has the state's bit
     by_state: Register<bool>,
@@ -218,7 +218,7 @@ pub struct RegisterFile {
     peak_word: Optional<Local<Word>>,
     /// a whole word is written
     writes: Local<bool>,
-    /// the bytes of a word have one address; linters know by the name
+    /// linters know by the name
     unused: Local<bool>,
 }
 
@@ -241,11 +241,10 @@ fn describe(plan: &RegisterPlan) -> About {
              with SLVERR, and change nothing. The memory keeps the settings in reset.",
         )
         .note(
-            "After reset scans follow one another, with the settings of the scene until a host writes \
-             others.",
+            "After reset scans follow one another, with the scene's settings until a host writes others.",
         )
         .fact("Words", format!("{} in the memory, of which {} are settings", plan.words(), plan.settings()))
-        .fact("Latency", "a write is answered 2 clocks after it is there, a read 3 clocks, and longer during a take-over")
+        .fact("Latency", "2 clocks from a write to its answer, 3 from a read, and more during a take-over")
 }
 
 impl Deref for RegisterFile {
@@ -281,6 +280,7 @@ impl Logic for RegisterFile {
     fn find_registers(&mut self) {
         let above_words = ADDRESS_BITS as usize - 2 - self.word_bits;
         let above_state = PEAK_BIT - 3;
+        // Two comparisons would be shorter, but their proof takes many times as long.
         self.settable.address.next = self.io.s_axil_awaddr.val().slice(2, self.word_bits);
         self.to_setting.d.next =
             !self.io.s_axil_awaddr.val().slice(2 + self.word_bits, above_words).any()
@@ -321,12 +321,11 @@ impl Logic for RegisterFile {
         self.writes.next = self.write.q.val() & self.of_all_bytes.q.val();
         self.io.s_axil_awready.next = self.write.q.val();
         self.io.s_axil_wready.next = self.write.q.val();
+        self.answers.d.next =
+            self.write.q.val() | (self.answers.q.val() & !self.io.s_axil_bready.val());
         if self.write.q.val() {
-            self.answers.d.next = true;
             self.write_error.d.next =
                 !(self.of_all_bytes.q.val() & (self.to_setting.q.val() | self.to_state.q.val()));
-        } else if self.io.s_axil_bready.val() {
-            self.answers.d.next = false;
         }
         self.io.s_axil_bvalid.next = self.answers.q.val();
         self.io.s_axil_bresp.next = bit_cast(self.write_error.q.val(), 2) << 1;
@@ -351,8 +350,9 @@ impl Logic for RegisterFile {
             & !self.valid.q.val())
             | (self.read.q.val() & self.i_takes.val());
         self.fetched.d.next = self.read.q.val() & !self.i_takes.val();
+        self.valid.d.next =
+            self.fetched.q.val() | (self.valid.q.val() & !self.io.s_axil_rready.val());
         if self.fetched.q.val() {
-            self.valid.d.next = true;
             self.read_error.d.next = !self.of_register.q.val();
             if self.of_word.q.val() {
                 self.data.d.next = self.word.q.val();
@@ -363,8 +363,6 @@ impl Logic for RegisterFile {
             } else {
                 self.data.d.next = bit_cast(false, 32);
             }
-        } else if self.io.s_axil_rready.val() {
-            self.valid.d.next = false;
         }
         self.io.s_axil_arready.next = self.fetched.q.val();
         self.io.s_axil_rvalid.next = self.valid.q.val();

@@ -81,7 +81,7 @@ pub struct ScanSequencer {
     pub o_refused: Output<bool>,
     /// a scan is under way, or prepared
     pub o_busy: Output<bool>,
-    /// the transmit generator of the references' code is at its first chip
+    /// the transmitted code is at its first chip
     #[under("Codes")]
     pub i_epoch: Input<bool>,
     /// the lasers show it in the next clock
@@ -105,7 +105,7 @@ pub struct ScanSequencer {
     pub o_pre_last_chip: Output<bool>,
     /// it is the last of a phase step
     pub o_last_chip: Output<bool>,
-    /// at a step's second chip, behind whose number it is by so many chips as the step's end is known ahead
+    /// at a step's second chip
     #[width(count_bits)]
     #[value(u128::from(CHIPS_EARLY + 1))]
     #[number]
@@ -144,7 +144,7 @@ pub struct ScanSequencer {
     #[about(super::first_of(seed, "seeds of the codes"))]
     #[width(plan.seeds[seed].bits)]
     seed: Vec<Register<Word>>,
-    /// settings are read, one bit for each; then it is seen whether they fit, and acted on that
+    /// settings are read, a bit for each; then checked; then acted on
     #[width(words + 3)]
     take: Register<Word>,
     /// a take-over is under way
@@ -222,8 +222,7 @@ fn describe(plan: &RegisterPlan) -> About {
             "Settings are read one a clock while no scan is under way, so that they are steady within \
              each. Then the codes begin, the reference's generator waits at its first chip until the \
              transmit generator is ahead by the first step's delay, and the scan begins two code periods \
-             later. After a scan over the whole code period, which ends where it began, the next follows \
-             without a gap, unless settings were written.",
+             later. After one over the whole code period the next follows at once, unless settings were written.",
         )
         .note(
             "The counters are binary, since a host writes numbers. A step's count is 5 at its second chip and ends at \

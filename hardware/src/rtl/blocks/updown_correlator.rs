@@ -52,11 +52,10 @@ pub struct UpdownCorrelator {
     #[when(totals == 0)]
     #[width(pairs.ilog2() + 2)]
     pub o_addend: Optional<Output<Word>>,
-    /// reference of each pair's earlier sample
+    // The reference of each pair's earlier sample, and of its later one.
     #[when(has_pairs || pairs > 1)]
     #[width(pairs)]
     early_reference: Optional<Local<Word>>,
-    /// reference of each pair's later sample
     #[when(has_pairs)]
     #[width(pairs)]
     late_reference: Optional<Local<Word>>,

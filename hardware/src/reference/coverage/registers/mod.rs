@@ -9,6 +9,7 @@ use crate::code::is_maximal;
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::host::{Channel, HardwareEvent};
 use crate::reference::planned::PlannedGroup;
+use crate::scene::DetectorIndex;
 use crate::sensor::interface::Interface;
 use crate::sensor::registers::{
     CONTROL, RegisterPlan, SCAN_WORDS, SCANS_BITS, STATUS, Seed, state,
@@ -59,6 +60,11 @@ pub enum RegisterPoint {
     Read {
         /// Of what.
         of: RegisterKind,
+    },
+    /// A count of a peak was read that is -1: of all bits of the word only those of the sign are not its own.
+    MinusOne {
+        /// Whose peak.
+        detector: DetectorIndex,
     },
     /// A write whose address, or data, came first.
     Order {
@@ -196,6 +202,8 @@ pub enum TrackPoint {
     Most,
     /// It moved over the end of the code period.
     OverTheEnd,
+    /// A host stopped scans while it had the light, and read the state in the first clock in which that no longer counts.
+    Stopped,
     /// A word was read that would be another one if a number at an end of its range were the one next to it.
     Number {
         /// Which number.
@@ -217,7 +225,7 @@ pub enum TrackNumber {
 }
 
 impl TrackPoint {
-    const ALL: [TrackPoint; 15] = [
+    const ALL: [TrackPoint; 16] = [
         TrackPoint::Found,
         TrackPoint::Nothing,
         TrackPoint::Lit,
@@ -227,6 +235,7 @@ impl TrackPoint {
         TrackPoint::Moved { back: true },
         TrackPoint::Most,
         TrackPoint::OverTheEnd,
+        TrackPoint::Stopped,
         TrackPoint::Number { number: TrackNumber::Gain, extreme: Extreme::Least },
         TrackPoint::Number { number: TrackNumber::Gain, extreme: Extreme::Most },
         TrackPoint::Number { number: TrackNumber::Threshold, extreme: Extreme::Least },
@@ -246,6 +255,9 @@ impl TrackPoint {
             TrackPoint::Moved { back: true } => "a window that has moved back",
             TrackPoint::Most => "a window behind one with all light in one half",
             TrackPoint::OverTheEnd => "a window that has moved over the end of the code period",
+            TrackPoint::Stopped => {
+                "a target that is no longer followed, read as soon as that shows"
+            }
             TrackPoint::Number { number, extreme } => {
                 let number = match number {
                     TrackNumber::Gain => "gain",
@@ -386,6 +398,11 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
         add(RegisterPoint::Written { to: place });
         add(RegisterPoint::Read { of: place });
     }
+    for (detector, code) in interface.reference_codes.iter().enumerate() {
+        if plan.peaks > 0 && has_hits_for_all(interface, plan, &code.chips) {
+            add(RegisterPoint::MinusOne { detector: DetectorIndex(detector) });
+        }
+    }
     add(RegisterPoint::Written { to: RegisterKind::Partly });
     for first in [First::Address, First::Data, First::Neither] {
         add(RegisterPoint::Order { first });
@@ -460,6 +477,9 @@ impl PointFamily for RegisterPoint {
             },
             RegisterPoint::Written { to } => format!("a write to {}", to.text()),
             RegisterPoint::Read { of } => format!("a read of {}", of.text()),
+            RegisterPoint::MinusOne { detector } => {
+                format!("a read of the count of a peak of -1 of detector {}", detector.0)
+            }
             RegisterPoint::Order { first } => match first {
                 First::Address => "a write whose address comes first".to_owned(),
                 First::Data => "a write whose data come first".to_owned(),
@@ -553,6 +573,16 @@ pub(in crate::reference) fn extremes(
         let ends = ends_of(plan, setting).into_iter().zip([Extreme::Least, Extreme::Most]);
         ends.filter(move |(end, _)| *end == word).map(move |(_, extreme)| (setting, extreme))
     })
+}
+
+/// Whether there are hits that all steps of a group count down: a code has as many chips of 0 in a row, and a step has all
+/// of a code's chips.
+fn has_hits_for_all(interface: &Interface, plan: &RegisterPlan, chips: &[u8]) -> bool {
+    let samples = u64::from(interface.lanes());
+    let run = (u64::from(interface.parallel()) - 1).div_ceil(samples) as usize + 1;
+    let twice = [chips, &chips[..run.min(chips.len())]].concat();
+    twice.windows(run).any(|chips| chips.iter().all(|&chip| chip == 0))
+        && plan.period_chips >> plan.chips_bits == 0
 }
 
 /// Chips of a step, not of the shortest, that is whole code periods.

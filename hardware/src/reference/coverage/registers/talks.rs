@@ -88,6 +88,7 @@ fn talk_of(point: RegisterPoint, interface: &Interface, plan: &RegisterPlan) -> 
             Talk::new(stalls(channel), 4 * u64::from(LONGEST_STALL))
         }
         RegisterPoint::Met { meeting } => meets(plan, scan, meeting),
+        RegisterPoint::MinusOne { detector } => minus_one(plan, detector, scan),
         RegisterPoint::LostGoesRound => many_losses(plan, scan),
         RegisterPoint::ScansCounted { bit } => many_scans(timing.preparation_chips, plan, bit),
         RegisterPoint::Tracked {
@@ -142,6 +143,23 @@ fn stalls(channel: Channel) -> Vec<Request> {
     };
     let stall = |clocks| [Request::Stall { channel, clocks }, transfer];
     [LONG_STALL, LONGEST_STALL].into_iter().flat_map(stall).collect()
+}
+
+/// Scans of one group that each have a single hit, which all of its steps count down, and whose peaks are read.
+fn minus_one(plan: &RegisterPlan, detector: DetectorIndex, scan: u64) -> Talk {
+    const SCANS: usize = 12;
+    let settings = [plan.period_chips.max(plan.least_chips), 1].into_iter().enumerate();
+    let mut talk: Vec<Request> = settings
+        .map(|(setting, word)| Request::write(setting_address(setting), word as u32))
+        .collect();
+    let clocks = scan + plan.period_chips;
+    let look = [
+        Request::Wait { clocks: clocks / 2 },
+        Request::Read { address: PEAKS + 4 * (2 * detector.0 as u32 + 1) },
+    ];
+    talk.extend(look.repeat(2 * SCANS));
+    let hits = vec![Hits::OneForAll { detector, up: false }; SCANS];
+    Talk { hits, ..Talk::new(talk, (SCANS as u64 + 2) * clocks) }
 }
 
 /// Scans of many groups, none of which is taken, until the number of the lost ones has gone round.
@@ -456,8 +474,9 @@ fn track_conversation(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
     // Stopped while it follows, and on again, when a window of long steps has passed; settings that do not fit; and turned off.
     requests.extend(short_scans(plan));
     requests.extend([set(true, [0, 7, 15]), Request::Wait { clocks: takes(longer) }]);
-    for _ in 0..4 {
-        requests.extend([Request::write(CONTROL, 0), look[2], read(STATUS)]);
+    for clocks in [1, 0, 1, 2, 1, 3] {
+        let stop = Request::Follow { address: CONTROL, data: 0, read: STATUS, clocks };
+        requests.extend([stop, look[2], read(STATUS)]);
         requests.extend([Request::write(CONTROL, 1 << state::RUN), look[2], look[2]]);
     }
     requests.extend([Request::write(setting_address(0), 1), look[2], look[2], read(STATUS)]);
@@ -471,7 +490,7 @@ fn track_conversation(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
         requests.extend([set(false, [0, threshold, patience]), look[2], look[2]]);
         requests.extend([read(STATUS), flag]);
     }
-    let clocks = 510 * window + takes(longer);
+    let clocks = 516 * window + takes(longer);
     (requests, clocks)
 }
 

@@ -9,9 +9,8 @@ use crate::sensor::peak::PeakPlan;
 #[block(count_comparison)]
 /// whether a signed count is greater
 ///
-/// With their signs exchanged, signed numbers compare as unsigned ones.
-#[when(sizes.len() > 1)]
-/// A piece a clock, the lowest bits first. Both counts stand still meanwhile.
+/// With their signs exchanged, signed numbers compare as unsigned
+/// ones{if sizes.len() > 1 { ": a piece a clock, the lowest bits first. Both counts stand still meanwhile" } else { "" }}.
 #[when(sizes.len() == 1)]
 /// - Latency: 1 clock
 #[when(sizes.len() > 1)]
@@ -31,10 +30,10 @@ pub struct CountComparison {
     pub i_other: Input<Word>,
     /// the count is greater
     pub o_greater: Output<bool>,
-    /// the count with the other one's sign
+    /// the count with the other's sign
     #[width(width)]
     unsigned_count: Local<Word>,
-    /// the other one with the count's sign
+    /// the other with the count's sign
     #[width(width)]
     unsigned_other: Local<Word>,
     #[each(size in sizes.iter())]

@@ -27,7 +27,7 @@ pub struct CountPiece {
     pub i_below: Input<bool>,
     /// the count was greater by the bits so far
     pub o_greater: Output<bool>,
-    /// the other one less the count, negative if the count is greater
+    /// sign decides
     #[width(bits + 2)]
     difference: Local<Word>,
     /// only its sign counts; linters know by the name

@@ -31,12 +31,10 @@ const PATIENCE: usize = THRESHOLD + SHARE_BITS as usize;
 #[block(target_tracker)]
 /// follows a target with a window of phase steps
 ///
-/// A scan's peak is where a target is looked for. Of each window about it the later half's counts less the earlier half's,
-/// over the sum of all, say how far the peak is from the middle, and the position moves by a share of that. The next
-/// window's first step and number of steps take the place of the host's settings on their way to the sequencer.
-///
-/// A window with less than a share of the expected sum does not have the target's light; after some of them in a row a scan
-/// looks for it again.
+/// A scan's peak is where the first window is. Of each the later half's counts less the earlier half's, over the sum of
+/// all, say how far the peak is from the middle, and the position moves by a share of that. The next window's first step
+/// and number of steps take the place of the host's settings. After some windows in a row with less than a share of the
+/// expected sum a scan looks for the target again.
 ///
 /// - Window: {plan.window_steps()} phase steps
 /// - Latency: {plan.decision_clocks() + 1} clocks from a window's last i_counted to o_go
@@ -156,10 +154,9 @@ pub struct TargetTracker {
     /// a setting passes by, one bit for each
     #[width(settings)]
     passes: Register<Word>,
-    /// the number of steps passes by, and is a window's
-    passes_steps: Register<bool>,
-    /// the first step does
-    passes_first: Register<bool>,
+    /// a window's own passes by: number of steps in bit 0, first in bit 1
+    #[width(2)]
+    own: Register<Word>,
     #[width(SHARE_BITS)]
     gain: Register<Word>,
     #[width(SHARE_BITS)]
@@ -195,10 +192,8 @@ pub struct TargetTracker {
     /// the sum less the least
     #[width(sum_bits + 1)]
     spare: Local<Word>,
-    /// the sum is less than the least
-    is_dim: Register<bool>,
-    /// the sum is not zero
-    is_any: Register<bool>,
+    /// the sum is not less than the least, nor zero
+    is_bright: Register<bool>,
     /// a sixteenth of what the sum has more than was expected
     #[width(sum_bits + 1 - LIGHT_HALVINGS as usize)]
     gained: Register<Word>,
@@ -206,7 +201,7 @@ pub struct TargetTracker {
     lit: Register<bool>,
     /// the count is one of the earlier half
     early: Local<bool>,
-    /// a count, turned if it is taken from the slope
+    /// the count, turned if early
     #[width(sum_bits)]
     turned: Local<Word>,
     /// the slope with it; bit 0 carries
@@ -221,7 +216,7 @@ pub struct TargetTracker {
     minus: Local<bool>,
     /// the slope comes in the rest's place
     begins: Register<bool>,
-    /// added to twice the rest, or in its place
+    /// to the rest
     #[width(sum_bits + 2)]
     taken: Local<Word>,
     /// the rest with it; bit 0 carries
@@ -241,10 +236,10 @@ pub struct TargetTracker {
     addend: Register<Word>,
     /// and one more
     carry: Register<bool>,
-    /// window's middle, from position's step on
+    /// its middle from position's step on
     #[width(total_bits)]
     middle: Local<Word>,
-    /// window's middle to peak, turned if negative
+    /// to the peak, turned if negative
     #[width(total_bits)]
     offset: Local<Word>,
     /// position's step to next window's first
@@ -276,7 +271,7 @@ pub struct TargetTracker {
     /// steps from the position's to the window's later half
     #[width(2)]
     ahead: Register<Word>,
-    /// where the window's later half begins, from the position's step on
+    /// where the window's later half is
     #[width(POSITION_BITS + 2)]
     placed: Local<Word>,
     /// phase step of the position
@@ -287,9 +282,9 @@ pub struct TargetTracker {
     missed: Register<Word>,
     /// that was the last of them
     gives_up: Register<bool>,
-    /// there is a target for the next scan to follow
+    /// the next scan has a target
     keeps: Local<bool>,
-    /// below a sixteenth, and carries; linters know by the name
+    /// linters know by the name
     unused: Local<bool>,
     /// the position as it is told
     #[width(plan.position_bits())]
@@ -315,16 +310,15 @@ impl Logic for TargetTracker {
 
     /// Settings on their way from the registers to the sequencer.
     fn pass_settings(&mut self) {
-        let own = self.settings - 1;
+        let last = self.settings - 1;
         self.passes.next = self.passes.val().shifted_in(self.i_taken_first.val());
         if self.i_taken_first.val() {
             self.window.next = self.follows.val();
         }
-        self.passes_steps.next = self.window.val() & self.passes.val().get_bit(0);
-        self.passes_first.next = self.window.val() & self.passes.val().get_bit(1);
-        if self.passes_steps.val() {
+        self.own.next = self.passes.val().slice(0, 2) & signed_cast(self.window.val());
+        if self.own.val().get_bit(0) {
             self.o_word.next = self.window_steps.val();
-        } else if self.passes_first.val() {
+        } else if self.own.val().get_bit(1) {
             self.o_word.next = bit_cast(
                 self.total.val().slice(POSITION_BITS, self.moved_bits),
                 self.scan_word_bits,
@@ -335,7 +329,7 @@ impl Logic for TargetTracker {
         if self.passes.val().get_bit(SCAN_WORDS - 1) {
             self.first.next = bit_cast(self.i_word.val(), self.step_bits);
         }
-        if self.passes.val().get_bit(own) {
+        if self.passes.val().get_bit(last) {
             self.on.next = self.i_word.val().get_bit(0);
             self.gain.next = self.i_word.val().slice(GAIN, SHARE_BITS as usize);
             self.threshold.next = self.i_word.val().slice(THRESHOLD, SHARE_BITS as usize);
@@ -403,15 +397,14 @@ impl Logic for TargetTracker {
     fn weigh_light(&mut self) {
         self.spare.next = bit_cast(signed_cast(self.all.val()), self.sum_bits + 1)
             - bit_cast(self.least.val(), self.sum_bits + 1);
-        self.is_dim.next = self.spare.val().get_bit(self.sum_bits);
-        self.is_any.next = self.all.val().any();
+        self.is_bright.next = self.all.val().any() & !self.spare.val().get_bit(self.sum_bits);
         let (low, high) = (LIGHT_HALVINGS as usize, self.sum_bits + 1 - LIGHT_HALVINGS as usize);
         // Of the light no share is taken yet.
         if self.stage.val().get_bit(1) {
             self.gained.next = self.spare.val().slice(low, high);
         }
         if self.stage.val().get_bit(self.divided) {
-            self.lit.next = self.is_any.val() & !self.is_dim.val();
+            self.lit.next = self.is_bright.val();
         }
         if self.stage.val().get_bit(self.halved - 1) {
             self.missed.next = (self.missed.val() + 1) & signed_cast(!self.lit.val());
@@ -419,12 +412,6 @@ impl Logic for TargetTracker {
         if self.stage.val().get_bit(self.halved - 1) & self.lit.val() {
             self.light.next =
                 self.light.val() + bit_cast(signed_cast(self.gained.val()), self.sum_bits);
-        }
-        if self.found.val() {
-            self.lit.next = self.i_peak_count.val().any()
-                & !self.i_peak_count.val().get_bit(self.plan.count_bits as usize - 1);
-            self.light.next = bit_cast(self.i_peak_count.val(), self.sum_bits) << self.sample_bits;
-            self.missed.next = 0.into();
         }
     }
 
@@ -549,27 +536,29 @@ impl Logic for TargetTracker {
             self.fraction.next = bit_cast(self.total.val(), POSITION_BITS);
             self.step.next = self.total.val().slice(POSITION_BITS, self.step_bits);
         }
-        if self.found.val() {
-            self.owed.next = bit_cast(self.half_step.val(), POSITION_BITS + 1);
-        }
     }
 
-    /// Whether there is still a target, and with that the next scan may begin.
+    /// Whether there is still a target, and with that the next scan may begin. A scan's peak is one if it counts up.
     fn decide(&mut self) {
         if self.stage.val().get_bit(self.halved) {
             self.gives_up.next = !self.lit.val() & (self.missed.val() >= self.patience.val());
         }
         if self.found.val() {
+            self.lit.next = self.i_peak_count.val().any()
+                & !self.i_peak_count.val().get_bit(self.plan.count_bits as usize - 1);
+            self.light.next = bit_cast(self.i_peak_count.val(), self.sum_bits) << self.sample_bits;
+            self.owed.next = bit_cast(self.half_step.val(), POSITION_BITS + 1);
+            self.missed.next = 0.into();
             self.gives_up.next = false;
         }
         self.keeps.next =
             self.on.val() & !self.gives_up.val() & (self.window.val() | self.lit.val());
-        self.lost.next = false;
+        self.lost.next =
+            self.stage.val().get_bit(self.halved + 15) & self.on.val() & self.gives_up.val();
         if self.stage.val().get_bit(self.halved + 15) {
             self.waits.next = false;
             self.follows.next = self.keeps.val();
             self.locked.next = self.on.val() & self.window.val() & self.lit.val();
-            self.lost.next = self.on.val() & self.gives_up.val();
             if self.keeps.val() {
                 self.position.next = gather(self.plan.position_bits() as usize, |bit| {
                     if bit < FRACTION_BITS as usize {
