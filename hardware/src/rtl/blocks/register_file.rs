@@ -108,7 +108,7 @@ pub struct RegisterFile {
     pub o_word: Output<Word>,
     /// scans are wanted
     pub o_go: Output<bool>,
-    /// settings were written since, or one scan asked for
+    /// settings were written, or a single scan asked for
     pub o_changed: Output<bool>,
     /// settings do not fit
     pub i_refused: Input<bool>,

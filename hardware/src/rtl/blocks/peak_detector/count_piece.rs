@@ -27,7 +27,7 @@ pub struct CountPiece {
     pub i_below: Input<bool>,
     /// the count was greater by the bits so far
     pub o_greater: Output<bool>,
-    /// sign decides
+    /// negative if the count is greater
     #[width(bits + 2)]
     difference: Local<Word>,
     /// only its sign counts; linters know by the name
