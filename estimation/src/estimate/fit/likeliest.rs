@@ -239,7 +239,7 @@ impl Likelier {
         let of_strength = errors.next().unwrap_or_default();
         likelihood.extend(of_delay.iter().zip(of_strength).map(|(error, of_strength)| {
             let more = of_strength - along;
-            let higher = if more > -height { more } else { -height };
+            let higher = more.max(-height);
             self.gain + error + (more - 0.5 * higher) * higher
         }));
     }

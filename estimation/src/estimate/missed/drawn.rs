@@ -203,7 +203,7 @@ pub(super) fn errors(
 ) -> Option<DrawnErrors> {
     let near = target.near(peak);
     let groups = groups_of_steps(counts, target, &near, peak)?;
-    errors_of_groups(&counts.signed(), &groups, target, peak)
+    Some(errors_of_groups(&counts.signed(), &groups, target, peak))
 }
 
 /// The same of normal values of all phase steps, of which those near the peak have the covariance
@@ -220,7 +220,7 @@ pub(super) fn errors_of_values<E>(
     let laws =
         near.iter().enumerate().map(|(i, &step)| Bent::normal(values[step], covariance[i][i]));
     let group = DrawnCounts::bent(laws.collect(), &covariance);
-    Ok(group.and_then(|group| errors_of_groups(values, &[group], target, peak)))
+    Ok(group.map(|group| errors_of_groups(values, &[group], target, peak)))
 }
 
 impl MissConditions<'_> {
@@ -249,7 +249,7 @@ fn errors_of_groups(
     groups: &[DrawnCounts],
     target: &MissConditions,
     peak: usize,
-) -> Option<DrawnErrors> {
+) -> DrawnErrors {
     let timing = target.asked.sensor.timing();
     let leading = around(&timing.scan, peak, target.leading());
     let near = target.near(peak);
@@ -280,10 +280,10 @@ fn errors_of_groups(
     let mean = errors_ps.iter().sum::<f64>() / count;
     let squares = errors_ps.iter().map(|error| (error - mean).powi(2)).sum::<f64>();
     let are_enough = errors_ps.len() >= LEAST_FOUND;
-    Some(DrawnErrors {
+    DrawnErrors {
         found_fraction: count / SCANS_FOR_ERRORS as f64,
         errors_ps: are_enough.then(|| (mean, (squares / (count - 1.0)).sqrt())),
-    })
+    }
 }
 
 /// Counts of some steps near a peak, in the scan's order: those of a group go together.
