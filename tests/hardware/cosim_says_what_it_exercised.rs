@@ -8,14 +8,19 @@ use serde_json::Value;
 
 use goldtof::reference::adversarial::{Adversarial, LONGEST_DEFAULT, Means};
 use goldtof::reference::blocks::{Block, BlockMaker};
-use goldtof::reference::coverage::{CoverPoint, Happening, RegisterPoint};
+use goldtof::reference::coverage::{CoverPoint, Happening, PeakPoint, RegisterPoint};
 use goldtof::reference::exercise::{DetectorExercised, Exercised};
 use goldtof::reference::predictor::ReferenceModel;
-use goldtof::scene;
+use goldtof::scene::{self, Registers, Setting};
 use goldtof::sensor::interface::Interface;
 use goldtof::sensor::layout::Layout;
 use goldtof::sensor::port::PortRole;
+use optics_support::repeated;
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
 
+use crate::hdl_support::draw::{self, Extent};
 use crate::hdl_support::goldtof_json;
 
 const QUICK: &str = "scenes/quick.toml";
@@ -267,20 +272,53 @@ fn every_cover_point_is_reached_where_steps_and_scans_can_be_shortened() {
         "tests/scenes/histogram.toml",
         "tests/scenes/histogram-one-memory.toml",
         "tests/scenes/registers.toml",
+        // A scan that takes longer than any stall.
+        "tests/scenes/registers.toml source[0].code.degree=9 source[1].code.degree=9",
         "tests/scenes/taps.toml",
         "tests/scenes/tracking-short.toml",
     ] {
-        let interface = Interface::of(&scene::load(Path::new(file)).unwrap());
+        let mut words = file.split(' ');
+        let path = Path::new(words.next().unwrap());
+        let settings: Vec<Setting> = words.map(|setting| setting.parse().unwrap()).collect();
+        let scene = scene::load_with(path, &settings).unwrap();
+        let interface = Interface::of(&scene);
         let means = Means::cosim(true);
         let (missed, clocks) = left_out(&interface, means);
         // Of the number of scans the highest bits alone are out of reach.
         let is_hindered = |&point: &CoverPoint| {
-            matches!(point.what, Happening::Registers(RegisterPoint::ScansCounted { bit: 11.. }))
+            matches!(point.what, Happening::Registers(RegisterPoint::ScansCounted { bit: 8.. }))
                 && Adversarial::hindrance(&interface, means, point).is_some()
         };
         assert!(missed.iter().all(is_hindered), "{file}: {missed:?}");
         assert!(clocks < 2_000_000, "{file}: {clocks}");
     }
+}
+
+/// Of twelve scenes none, and of two hundred one in ten, which have many correlators, or windows by chance.
+#[test]
+fn of_random_scenes_hardly_any_cover_point_is_missed_without_a_reason() {
+    let scenes = repeated(12, 200);
+    let missed: Vec<_> = (0..scenes)
+        .into_par_iter()
+        .filter_map(|number| {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(7_000 + number);
+            let registers = [Registers::None, Registers::Axi4Lite][number as usize % 2];
+            let (scene, _) = draw::emitted_with(&mut rng, Extent::SHORT, registers, |_| ());
+            let interface = Interface::of(&scene);
+            // Of shorter steps groups are lost whatever the receiver does.
+            if scene.scan.integration_chips < interface.beats_of_group().max(16) {
+                return None;
+            }
+            let means = Means::cosim(true);
+            let (mut missed, _) = left_out(&interface, means);
+            missed.retain(|&point| Adversarial::hindrance(&interface, means, point).is_none());
+            // Whether hits make the counts of many steps negative at once depends on the code.
+            let negative = Happening::Peaks(PeakPoint::Negative);
+            missed.retain(|point| interface.parallel() == 1 || point.what != negative);
+            (!missed.is_empty()).then_some((number, missed))
+        })
+        .collect();
+    assert!(10 * missed.len() as u64 <= scenes - 12, "{missed:?}");
 }
 
 #[test]

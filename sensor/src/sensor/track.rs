@@ -12,6 +12,8 @@ pub const HIDDEN_BITS: u32 = 7;
 pub const SHARE_BITS: u32 = 3;
 /// Bits of the number of windows.
 pub const PATIENCE_BITS: u32 = 4;
+/// The largest patience.
+pub const MOST_PATIENCE: u32 = (1 << PATIENCE_BITS) - 1;
 /// Halvings of the share by which the light that is expected of a window becomes that of the last one.
 pub const LIGHT_HALVINGS: u32 = 4;
 /// Clocks from where a scan's peak shows to where the first window begins: a decision's last stages.

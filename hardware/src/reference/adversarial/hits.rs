@@ -14,6 +14,9 @@ use crate::sensor::layout::mask;
 /// Most chips of a group that hits with an aim are looked for in.
 const MOST_CHIPS: u64 = 1 << 16;
 
+/// How much more a step weighs behind a hit that counts against it.
+const GROWTH: f64 = 1.1;
+
 /// What one detector's samples do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Pattern {
@@ -198,7 +201,12 @@ impl<'a> GroupWords<'a> {
                 self.singles(is_wanted, out);
             }
             Hits::OneSided { step, up } => self.singles(|s| self.counts_up(step, s) == up, out),
-            Hits::AllSteps { up } => self.singles(|s| all_count(s, up), out),
+            Hits::AllSteps { up } => {
+                self.singles(|s| all_count(s, up), out);
+                if out.is_empty() {
+                    self.together(up, out);
+                }
+            }
             Hits::OneForAll { up, .. } => {
                 let mut samples = (self.first_certain().0..=last.0).map(Sample);
                 out.push(Pulse::of_one(samples.find(|&s| all_count(s, up))?));
@@ -231,6 +239,29 @@ impl<'a> GroupWords<'a> {
         Some(())
     }
 
+    /// Single samples whose hits make the counts of all steps large, where none counts for all of them: the less a
+    /// step has come to have, the more it weighs in the choice.
+    fn together(&self, up: bool, out: &mut Vec<Pulse>) {
+        let mut weights = vec![1.0; self.reference.interface().parallel() as usize];
+        let helps = |sample| {
+            let signs = self.signs.at(sample);
+            let helped = |(step, weight): (u64, &f64)| match signs.count_up(step) == up {
+                true => *weight,
+                false => -weight,
+            };
+            if (0..).zip(&weights).map(helped).sum::<f64>() <= 0.0 {
+                return false;
+            }
+            for (step, weight) in (0..).zip(&mut weights) {
+                *weight *= if signs.count_up(step) == up { 1.0 / GROWTH } else { GROWTH };
+            }
+            let largest = weights.iter().copied().fold(0.0, f64::max);
+            weights.iter_mut().for_each(|weight| *weight /= largest);
+            true
+        };
+        self.singles(helps, out);
+    }
+
     /// Samples whose hits make a count in one step and less in every other: as many at once as cells have.
     fn count(&self, step: u64, count: i64) -> Option<Vec<Sample>> {
         let up = count > 0;
@@ -254,7 +285,13 @@ impl<'a> GroupWords<'a> {
                 continue;
             }
             let differs = |other: &u64| signs.count_up(*other) != up;
-            let helps = alike.is_empty() || alike.iter().any(differs);
+            // Those beside it are those that hardly ever differ.
+            let is_near = |other: &u64| other.abs_diff(step) == 1;
+            let mut near = alike.iter().filter(|other| is_near(other)).peekable();
+            let helps = match near.peek() {
+                Some(_) => near.any(differs),
+                None => alike.is_empty() || alike.iter().any(differs),
+            };
             if !helps && sample < half {
                 continue;
             }

@@ -46,8 +46,8 @@ const CLOCKS_BY_CHANCE_WITH_A_HOST: u64 = 1 << 19;
 const CALM_GROUPS: u64 = 3;
 /// Longest stretch that is decided at once: its pulses are kept.
 const MOST_CLOCKS_AT_ONCE: u64 = 1 << 14;
-/// How often a cover point is aimed at before it is given up.
-const TRIES: u8 = 4;
+/// How often a cover point is aimed at before it is given up: in some chance has a part.
+const TRIES: u8 = 8;
 /// Tells a host's chance from that of the rest.
 const HOST_SEED: u64 = 0x686f_7374;
 /// Clocks without a scan, and without a request, after which a host asks for scans.

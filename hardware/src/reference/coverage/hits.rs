@@ -9,6 +9,8 @@ use crate::sensor::interface::Interface;
 
 const ONE_SIGN: &str = "no step has a chip of that sign for that lane";
 
+const NO_FULL_WORD: &str = "no word lies within chips of that sign";
+
 /// What a hit does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum HitPoint {
@@ -50,8 +52,10 @@ pub(super) fn points(interface: &Interface, detector: DetectorIndex) -> Vec<Hind
             }
         }
     }
-    if interface.correlator().is_some_and(|counts| counts.pairs > 1) && signs.are_both() {
-        points.extend([false, true].map(|up| (HitPoint::FullWord { up }, None)));
+    if interface.correlator().is_some_and(|counts| counts.pairs > 1) {
+        let filled = signs.fill_words(interface);
+        let hindrance = |up| (!filled[usize::from(up)]).then_some(NO_FULL_WORD);
+        points.extend([false, true].map(|up| (HitPoint::FullWord { up }, hindrance(up))));
     }
     points.push((HitPoint::FirstSample, None));
     points.push((HitPoint::BeforeScan, None));
@@ -84,15 +88,17 @@ impl PointFamily for HitPoint {
     fn recipe(&self, maker: &GroupMaker) -> Result<Vec<PlannedGroup>, String> {
         let (interface, detector) = (maker.interface, maker.detector);
         let plain = PlannedGroup::random;
+        // The sign that is wanted may come only later.
+        let code = interface.reference_codes[detector].len();
+        let groups = (code / interface.timing.scan.integration_chips).clamp(1, 40) + 1;
         Ok(match *self {
             HitPoint::Hit { step, lane, up } => {
-                // The sign that is wanted may come only later.
-                let code = interface.reference_codes[detector].len();
-                let groups = (code / interface.timing.scan.integration_chips).clamp(1, 40) + 1;
                 let one = Hits::One { detector, step: step as u64, lane: u64::from(lane), up };
                 maker.again(groups, one, Length::AtLeast(code.min(512)))
             }
-            HitPoint::FullWord { .. } => maker.again(1, Hits::EveryOther, Length::AtLeast(128)),
+            HitPoint::FullWord { .. } => {
+                maker.again(groups, Hits::EveryOther, Length::AtLeast(code.min(128)))
+            }
             HitPoint::BeforeScan => {
                 vec![PlannedGroup { lead: Lead::LastSample, ..maker.fresh() }]
             }

@@ -214,7 +214,7 @@ impl CoverTable {
                         table.add_of(detector, cells::points(&interface.input_cells));
                     }
                     table.add_of(detector, carries::points(interface, correlator));
-                    table.add_of(detector, saturation::points(interface, correlator));
+                    table.add_of(detector, saturation::points(interface, detector, correlator));
                     if correlator.peak.is_some() {
                         table.add_of(detector, peaks::points(interface));
                     }

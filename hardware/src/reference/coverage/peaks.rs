@@ -65,13 +65,19 @@ impl PointFamily for PeakPoint {
             }
             PeakPoint::Negative => [side(false); 3],
             PeakPoint::Positive => [side(true); 3],
-            PeakPoint::First => [side(true), side(false), side(false)],
-            PeakPoint::Last => [side(false), side(false), side(true)],
+            PeakPoint::First => [Hits::OneSided { step: 0, up: true }, Hits::None, Hits::None],
+            PeakPoint::Last => [Hits::None, Hits::None, Hits::OneSided { step: 0, up: true }],
             PeakPoint::Equal => [Hits::None; 3],
         };
         let long = Length::AtLeast(96);
         let begin = maker.fresh().with(first).long(long);
-        let mut plans = maker.scan(begin, PlannedGroup::random().with(last).long(long))?;
+        let end = PlannedGroup::random().with(last).long(long);
+        if matches!(self, PeakPoint::First) && maker.reach.leaves_out {
+            // A group behind which others are left out is no longer the first.
+            let left_out = maker.scan(PlannedGroup::random().with(middle), end)?;
+            return Ok([vec![begin], left_out].concat());
+        }
+        let mut plans = maker.scan(begin, end)?;
         let between = plans.len().saturating_sub(2);
         plans.iter_mut().skip(1).take(between).for_each(|plan| plan.hits = middle);
         Ok(plans)

@@ -1,7 +1,7 @@
 //! Cover points of what a reset comes upon.
 
 use super::stream::rows_at_borders;
-use super::{Hindered, PointFamily};
+use super::{Hindered, PointFamily, saturation};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, Length, PlannedGroup, ReceiverPlan};
 use crate::scene::DetectorIndex;
@@ -95,7 +95,13 @@ pub(super) fn points(interface: &Interface) -> Vec<Hindered<ResetPoint>> {
         (ResetState::Pause, interface.realigns() && !ends_at_epochs(interface)),
     ];
     let present = states.into_iter().filter(|&(_, exists)| exists);
-    points.extend(present.map(|(state, _)| (ResetPoint::In { state }, None)));
+    points.extend(present.map(|(state, _)| {
+        let hindrance = match state {
+            ResetState::Saturated => saturation::hindrance(interface),
+            _ => None,
+        };
+        (ResetPoint::In { state }, hindrance)
+    }));
     points
 }
 
@@ -123,7 +129,13 @@ impl PointFamily for ResetPoint {
         let plain = PlannedGroup::random;
         Ok(match *self {
             ResetPoint::Age { age } => {
-                vec![dense(maker), plain().after_reset(u64::from(age), 1)]
+                // Behind a scan's end alone a group does not follow at once.
+                let mut plans = match u64::from(age) < maker.reach.shortest {
+                    true => vec![dense(maker)],
+                    false => maker.scan(dense(maker), plain())?,
+                };
+                plans.push(plain().after_reset(u64::from(age), 1));
+                plans
             }
             ResetPoint::Hit { age } => {
                 let age = u64::from(age);

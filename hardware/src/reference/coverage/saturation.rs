@@ -1,10 +1,14 @@
 //! Cover points of counts at their limits.
 
+use super::signs::Signs;
 use super::{Hindered, PointFamily, steps};
 use crate::reference::group_maker::GroupMaker;
 use crate::reference::planned::{Hits, PlannedGroup};
+use crate::scene::DetectorIndex;
 use crate::sensor::interface::{Correlator, Interface};
 use crate::sensor::layout::mask;
+
+const FEW_CHIPS: &str = "a step has too few chips of that sign for so many hits";
 
 /// A count, or a total, at its limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -48,6 +52,7 @@ pub enum SaturationPoint {
 /// Those of a detector.
 pub(super) fn points(
     interface: &Interface,
+    detector: DetectorIndex,
     correlator: &Correlator,
 ) -> Vec<Hindered<SaturationPoint>> {
     let mut points = Vec::new();
@@ -66,7 +71,27 @@ pub(super) fn points(
         let absent = last_steps..interface.parallel() as usize;
         points.extend(absent.map(|step| SaturationPoint::Absent { step, up }));
     }
-    points.into_iter().map(|point| (point, None)).collect()
+    let signs = Signs::of(interface, detector);
+    let limit = 1u64 << (correlator.count_bits - 1);
+    let hindrance = |point| {
+        let (step, up, needed) = match point {
+            SaturationPoint::Limit { step, up } => (step, up, limit - u64::from(up)),
+            SaturationPoint::Beyond { step, up } | SaturationPoint::InLastGroup { step, up } => {
+                (step, up, limit + 1 - u64::from(up))
+            }
+            SaturationPoint::Absent { .. } | SaturationPoint::OfTotal { .. } => return None,
+        };
+        let most = signs.most_hits(interface, step)[usize::from(up)];
+        (most < needed).then_some(FEW_CHIPS)
+    };
+    points.into_iter().map(|point| (point, hindrance(point))).collect()
+}
+
+/// Why nothing is seen beyond the largest count in a group's first step, if nothing is.
+pub(super) fn hindrance(interface: &Interface) -> Option<&'static str> {
+    let limit = 1u64 << (interface.correlator()?.count_bits - 1);
+    let [_, most] = Signs::of(interface, DetectorIndex(0)).most_hits(interface, 0);
+    (most < limit).then_some(FEW_CHIPS)
 }
 
 impl PointFamily for SaturationPoint {

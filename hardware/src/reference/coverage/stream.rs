@@ -3,7 +3,8 @@
 use super::scans::{GroupPosition, places};
 use super::{Hindered, PointFamily, steps};
 use crate::reference::group_maker::GroupMaker;
-use crate::reference::planned::{PlannedGroup, ReceiverPlan};
+use crate::reference::planned::{Length, PlannedGroup, ReceiverPlan};
+use crate::scene::DetectorIndex;
 use crate::sensor::histogram::{CLOCKS_TO_ROW, HistogramPlan};
 use crate::sensor::interface::Interface;
 
@@ -211,9 +212,15 @@ impl PointFamily for StreamPoint {
             }
             (StreamPoint::TooLate, _) => ReceiverPlan::TakesLastAfter { clocks: 1 },
             (StreamPoint::LostAgain, _) => {
-                let clocks = 2 * maker.reach.shortest + 8;
+                let length = Length::Exactly(maker.reach.shortest);
+                let pause = pause_of_few_groups(maker.interface);
+                let clocks = 2 * maker.reach.shortest + pause + 8;
                 let stops = plain().received(ReceiverPlan::StopsAt { beat: 0, clocks });
-                return Ok(vec![maker.fresh(), stops, plain(), plain()]);
+                let mut plans = vec![maker.fresh(), stops.long(length), plain().long(length)];
+                // Until what stands is taken.
+                let groups = 1 + pause / maker.reach.shortest;
+                plans.extend((0..groups).map(|_| plain()));
+                return Ok(plans);
             }
             (StreamPoint::LastAfterOverrun, _) => {
                 let lost = plain().received(ReceiverPlan::HoldsAcross { beat: 0 });
@@ -246,6 +253,14 @@ impl PointFamily for StreamPoint {
             (StreamPoint::Burst | StreamPoint::FirstLost { .. }, _) => ReceiverPlan::Takes,
         };
         Ok(vec![maker.fresh(), plain().received(receiver)])
+    }
+}
+
+/// Most clocks between a group and the next within three, where a scan has no more: its codes begin anew.
+fn pause_of_few_groups(interface: &Interface) -> u64 {
+    match interface.groups() <= 3 && interface.realigns() {
+        true => interface.reference_codes[DetectorIndex(0)].len() + interface.lead_clocks(),
+        false => 0,
     }
 }
 

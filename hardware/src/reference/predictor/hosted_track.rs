@@ -4,10 +4,9 @@ use crate::reference::coverage::{Extreme, TrackNumber, TrackPoint};
 use crate::reference::registers::{RegisterModel, Rival, ScanEvent};
 use crate::reference::tracking::{Follower, WindowSums};
 use crate::sensor::registers::Settings;
-use crate::sensor::track::{CLOCKS_FROM_PEAK, PATIENCE_BITS, SHARE_BITS, TrackPlan, TrackSetting};
+use crate::sensor::track::{CLOCKS_FROM_PEAK, MOST_PATIENCE, SHARE_BITS, TrackPlan, TrackSetting};
 
-/// The largest patience, and the most halvings of a share.
-const MOST_PATIENCE: u32 = (1 << PATIENCE_BITS) - 1;
+/// The most halvings of a share.
 const MOST_HALVINGS: u32 = (1 << SHARE_BITS) - 1;
 
 /// What follows a target.

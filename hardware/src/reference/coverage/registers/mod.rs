@@ -347,6 +347,14 @@ fn setting_text(setting: usize) -> String {
     }
 }
 
+/// Whether a 128th of the light that a scan may find is a hit at least, as a window shows it that has one: with a hit
+/// on every other sample of half of the chips.
+fn has_dim_windows(interface: &Interface, plan: &RegisterPlan) -> bool {
+    let samples = ((1u64 << plan.chips_bits) - 1) << plan.sample_bits;
+    let count = (samples / 4).min((1 << (interface.count_bits() - 1)) - 1);
+    count << plan.sample_bits >= 128
+}
+
 /// Points of registers.
 pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered<RegisterPoint>> {
     let mut points = Vec::new();
@@ -363,9 +371,6 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
         for primitive in [true, false] {
             add(RegisterPoint::TapsTaken { seed, primitive });
         }
-    }
-    if own.is_some() {
-        TrackPoint::ALL.into_iter().for_each(|what| add(RegisterPoint::Tracked { what }));
     }
     let refuses = |setting: usize| match setting {
         // Every number of so many bits may be a delay.
@@ -434,6 +439,16 @@ pub(super) fn points(interface: &Interface, plan: &RegisterPlan) -> Vec<Hindered
         for cleared in [false, true] {
             add(RegisterPoint::Flag { bit, cleared });
         }
+    }
+    if own.is_some() {
+        let hindrance = |what| match what {
+            TrackPoint::Number { number: TrackNumber::Threshold, extreme: Extreme::Least } => {
+                (!has_dim_windows(interface, plan)).then_some("a 128th of any light is no hit")
+            }
+            _ => None,
+        };
+        let tracked = |what| (RegisterPoint::Tracked { what }, hindrance(what));
+        points.extend(TrackPoint::ALL.into_iter().map(tracked));
     }
     points
 }

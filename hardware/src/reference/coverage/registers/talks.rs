@@ -15,7 +15,7 @@ use crate::sensor::registers::{
     CONTROL, IDENTITY_WORDS, LOST_BITS, PEAKS, RegisterPlan, SCAN_WORDS, STATUS, Seed,
     setting_address, state,
 };
-use crate::sensor::track::TrackSetting;
+use crate::sensor::track::{MOST_PATIENCE, TrackSetting};
 
 /// Most clocks of scans that are there to be counted: 2^16 of them take many times as long as all other talks.
 const MOST_CLOCKS_OF_SCANS: u64 = 1 << 18;
@@ -84,9 +84,7 @@ fn talk_of(point: RegisterPoint, interface: &Interface, plan: &RegisterPlan) -> 
             Talk::new(whole_scans(plan, scan + whole), 10 * (scan + whole))
         }
         RegisterPoint::Extreme { setting, extreme } => extreme_scans(plan, scan, setting, extreme),
-        RegisterPoint::Stalled { channel } => {
-            Talk::new(stalls(channel), 4 * u64::from(LONGEST_STALL))
-        }
+        RegisterPoint::Stalled { channel } => stalls(channel, scan),
         RegisterPoint::Met { meeting } => meets(plan, scan, meeting),
         RegisterPoint::MinusOne { detector } => minus_one(plan, detector, scan),
         RegisterPoint::LostGoesRound => many_losses(plan, scan),
@@ -95,9 +93,10 @@ fn talk_of(point: RegisterPoint, interface: &Interface, plan: &RegisterPlan) -> 
             what: TrackPoint::Number { number: TrackNumber::Threshold, extreme },
         } => dim_windows(plan, scan, extreme),
         RegisterPoint::Tracked {
-            what: TrackPoint::Number { number: TrackNumber::Patience, extreme: Extreme::Most },
+            what: TrackPoint::Number { number: TrackNumber::Patience, extreme },
         } => {
-            let talk = patient_windows(plan, scan);
+            let patience = if extreme == Extreme::Least { 1 } else { MOST_PATIENCE };
+            let talk = patient_windows(plan, scan, patience);
             let looks = looks(plan, plan.least_chips, talk.clocks);
             talk.then(looks)
         }
@@ -131,18 +130,18 @@ fn extreme_scans(plan: &RegisterPlan, scan: u64, setting: usize, extreme: Extrem
     Talk::new(talk, 4 * scan + clocks + 200)
 }
 
-/// Clocks of the longest stall, beyond any number of bits that a slave may count in.
-const LONGEST_STALL: u32 = 2 * LONG_STALL;
-
-/// Writes and a read of which one transfer is stalled for long.
-fn stalls(channel: Channel) -> Vec<Request> {
-    let transfer = match channel {
-        // Scans go on, and are counted.
-        Channel::Read => Request::Read { address: STATUS },
-        _ => Request::write(setting_address(1), 2),
+/// Writes or reads of which one transfer is stalled for long, the second time beyond any number of bits that a
+/// slave may count in.
+fn stalls(channel: Channel, scan: u64) -> Talk {
+    let (transfer, longest) = match channel {
+        // Scans go on, and are counted: one has ended meanwhile, however long it takes.
+        Channel::Read => (Request::Read { address: STATUS }, scan),
+        _ => (Request::write(setting_address(1), 2), 0),
     };
+    let longest = u32::try_from(longest).unwrap_or(u32::MAX).max(2 * LONG_STALL);
     let stall = |clocks| [Request::Stall { channel, clocks }, transfer];
-    [LONG_STALL, LONGEST_STALL].into_iter().flat_map(stall).collect()
+    let requests = [LONG_STALL, longest].into_iter().flat_map(stall).collect();
+    Talk::new(requests, 2 * u64::from(LONG_STALL.saturating_add(longest)))
 }
 
 /// Scans of one group that each have a single hit, which all of its steps count down, and whose peaks are read.
@@ -200,7 +199,7 @@ fn meets(plan: &RegisterPlan, scan: u64, meeting: Meeting) -> Talk {
         [Request::Meet { event, address, data, within }, Request::Read { address }]
     };
     if event == HardwareEvent::TargetLost {
-        let talk = patient_windows(plan, scan);
+        let talk = patient_windows(plan, scan, MOST_PATIENCE);
         let meets = talk_of(talk.clocks);
         return talk.then(meets);
     }
@@ -239,13 +238,13 @@ fn track_with(plan: &RegisterPlan, numbers: [u32; 3]) -> Option<Request> {
 const LIT_GROUPS: usize = 40;
 const LIT_SCANS: u64 = 12;
 
-/// A target with light, and then windows that count down alone until it is lost with the most patience.
-fn patient_windows(plan: &RegisterPlan, scan: u64) -> Talk {
-    let Some((track, on)) = plan.track.as_ref().zip(track_with(plan, [0, 0, 15])) else {
+/// A target with light, and then windows that count down alone until it is lost with so much patience.
+fn patient_windows(plan: &RegisterPlan, scan: u64, patience: u32) -> Talk {
+    let Some((track, on)) = plan.track.as_ref().zip(track_with(plan, [0, 0, patience])) else {
         return Talk::new(Vec::new(), 0);
     };
     let steps = track.window_steps();
-    let windows = 18;
+    let windows = u64::from(patience) + 3;
     let mut hits = vec![Hits::AllSteps { up: true }; LIT_GROUPS];
     // A scan without any hit would not show what came before it.
     hits.extend(vec![Hits::AllSteps { up: false }; (windows * steps) as usize]);
@@ -496,7 +495,9 @@ fn track_conversation(plan: &RegisterPlan, scan: u64) -> (Vec<Request>, u64) {
 
 /// Chips of a step that has many more hits than the shortest.
 fn long_steps(plan: &RegisterPlan) -> u64 {
-    (8 * plan.least_chips).min((1 << plan.chips_bits) - 1)
+    // Of all the light a 128th is to be a hit at least, and every eighth sample has one, or so.
+    let chips = (1024 >> plan.sample_bits).max(8 * plan.least_chips);
+    chips.min((1 << plan.chips_bits) - 1)
 }
 
 /// Scans over the whole code period, which take `scan` clocks each: some, settings in one of them, and a
