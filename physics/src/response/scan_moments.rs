@@ -23,7 +23,7 @@ use goldtof_fft::Fft;
 use goldtof_fft::num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::moments::{CountMoments, PerDetection, SecondMoments, rows};
+use super::moments::{CountMoments, SecondMoments, rows};
 use super::several::Several;
 use crate::scan::Step;
 
@@ -41,7 +41,7 @@ fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
     let scan = &second.response.model.timing.scan;
     let brightest = second.response.light.brightest_per_chip();
     let memory = second.response.model.memory_under(brightest).of_pairs_chips();
-    let period = second.pairs.grid.period_chips;
+    let period = second.solved.pairs.grid.period_chips;
     let stride =
         (second.response.model.timing.clock.samples_per_chip as usize / PHASES_PER_CHIP).max(1);
     let phases = second.response.model.timing.clock.samples_per_chip as usize / stride;
@@ -49,43 +49,83 @@ fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
     if one_by_one || period < 2 * memory {
         return second.of_steps(&Step::all(scan.steps).collect::<Vec<_>>());
     }
-    let all = &second.shared.all_phase_steps;
-    let solved = all.get_or_init(|| all_phase_steps(second, memory, stride));
+    let long_scan = &second.solved.long_scan;
+    let long_scan = long_scan.get_or_init(|| LongScan::new(second, memory, stride));
+    let later_chips = second.response.delay_chips - long_scan.delay_chips;
     let means = second.response.mean_counts();
     means
         .into_iter()
         .enumerate()
         .map(|(step, mean)| {
-            let phase_step = scan.phase_step(Step::at(step)) as usize;
-            let (early, rest) = (phase_step / stride, phase_step % stride);
-            let late = (early + 1) % solved.len();
-            let share = share_between(second, early * stride, rest, stride);
-            let between = |a: f64, b: f64| (a + share * (b - a)) * mean.total;
-            let (a, b) = (&solved[early], &solved[late]);
+            let phase_step = scan.phase_step(Step::at(step));
+            let place = second.response.phase_chips(phase_step) - later_chips;
+            let of_one = long_scan.at(place);
             CountMoments {
                 signed_mean: mean.signed,
                 total_mean: mean.total,
-                signed_variance: between(a.variance, b.variance),
+                signed_variance: of_one.variance * mean.total,
                 total_variance: second.total_variance(Step::at(step)),
-                covariance: mean.signed + between(a.excess_covariance, b.excess_covariance),
+                covariance: mean.signed + of_one.excess_covariance * mean.total,
             }
         })
         .collect()
 }
 
-/// Where phase step `early + rest` is between `early` and `early + stride`, by time.
-fn share_between(second: &SecondMoments, early: usize, rest: usize, stride: usize) -> f64 {
-    let place = |step: usize| second.response.phase_chips(step as u64);
-    match rest {
-        0 => 0.0,
-        _ => (place(early + rest) - place(early)) / (place(early + stride) - place(early)),
+/// Second moments of one phase step, for each expected detection.
+#[derive(Clone, Copy)]
+struct PerDetection {
+    variance: f64,
+    /// Covariance of r and N, less the mean of r.
+    excess_covariance: f64,
+}
+
+/// Second moments of some phases of every chip of the reference's code.
+pub struct LongScan {
+    /// Delay of the light for which they were worked out.
+    delay_chips: f64,
+    /// By how much the reference comes later in each phase than in the first, in chips, and in the first of the
+    /// next chip.
+    phases: Vec<f64>,
+    /// Of each phase of each chip.
+    per_detection: Vec<PerDetection>,
+}
+
+impl LongScan {
+    fn new(second: &SecondMoments, memory: usize, stride: usize) -> LongScan {
+        let samples = second.response.model.timing.clock.samples_per_chip as usize;
+        let phases = (0..=samples).step_by(stride);
+        LongScan {
+            delay_chips: second.response.delay_chips,
+            phases: phases.map(|step| second.response.phase_chips(step as u64)).collect(),
+            per_detection: all_phase_steps(second, memory, stride),
+        }
+    }
+
+    /// Those of a reference that comes so many chips later, straight between the phases.
+    fn at(&self, chips: f64) -> PerDetection {
+        let whole = chips.floor();
+        let within = chips - whole;
+        let late = self.phases.partition_point(|&phase| phase <= within);
+        let late = late.min(self.phases.len() - 1);
+        let [before, after] = [late - 1, late].map(|phase| self.phases[phase]);
+        let share = (within - before) / (after - before);
+        let first = whole as i64 * (self.phases.len() as i64 - 1);
+        let [early, late] = [late - 1, late].map(|phase| {
+            let number = (first + phase as i64).rem_euclid(self.per_detection.len() as i64);
+            self.per_detection[number as usize]
+        });
+        let between = |a: f64, b: f64| a + share * (b - a);
+        PerDetection {
+            variance: between(early.variance, late.variance),
+            excess_covariance: between(early.excess_covariance, late.excess_covariance),
+        }
     }
 }
 
 /// Second moments of every `stride`-th phase step of the code period.
 fn all_phase_steps(second: &SecondMoments, memory: usize, stride: usize) -> Vec<PerDetection> {
     let phases = second.response.model.timing.clock.samples_per_chip as usize / stride;
-    let period = second.pairs.grid.period_chips;
+    let period = second.solved.pairs.grid.period_chips;
     let combs = combs(period, memory);
     let slots: Vec<Slots> = (0..phases)
         .map(|phase| {
@@ -150,7 +190,7 @@ fn covariances(
     asked: &[(&Slots, &[usize])],
     memory: usize,
 ) -> Vec<Vec<SlotPair>> {
-    let period = second.pairs.grid.period_chips;
+    let period = second.solved.pairs.grid.period_chips;
     let weights: Vec<_> = asked.iter().map(|(slots, comb)| slots.weights(comb, period)).collect();
     let of_comb = |((slots, comb), excess): (&(&Slots, &[usize]), Vec<f64>)| {
         let excess = slots.add_up(&excess);
@@ -163,15 +203,15 @@ fn covariances(
         };
         comb.iter().flat_map(of_slot).collect()
     };
-    asked.iter().zip(second.pairs.excess(&rows(&weights))).map(of_comb).collect()
+    asked.iter().zip(second.solved.pairs.excess(&rows(&weights))).map(of_comb).collect()
 }
 
 impl Slots {
     fn new(second: &SecondMoments, offset: f64) -> Slots {
         let timing = &second.response.timing;
         let start = offset + 0.5 * (timing.rising + timing.falling) - second.frame_chips();
-        let [after, _] = second.pairs.shares_after(start - start.floor());
-        let seen = second.pairs.seen.iter().zip(&after);
+        let [after, _] = second.solved.pairs.shares_after(start - start.floor());
+        let seen = second.solved.pairs.seen.iter().zip(&after);
         let mut slots = Slots {
             whole: start.floor() as i64,
             before: seen.map(|(seen, after)| seen - after).collect(),
@@ -179,8 +219,8 @@ impl Slots {
             hits: Vec::new(),
             excess_of_all: Vec::new(),
         };
-        slots.hits = slots.add_up(&second.pairs.hits);
-        slots.excess_of_all = slots.add_up(&second.pairs.excess_of_all);
+        slots.hits = slots.add_up(&second.solved.pairs.hits);
+        slots.excess_of_all = slots.add_up(&second.solved.pairs.excess_of_all);
         slots
     }
 
