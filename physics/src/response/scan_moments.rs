@@ -353,7 +353,51 @@ impl CodeCorrelation {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
+    use crate::photons::DetectorModel;
+    use crate::response::MeanResponse;
+    use crate::scene::{DetectorIndex, load_with};
+    use crate::sensor::Sensor;
+
+    /// Against those that are solved for anew: with light that comes some whole phase steps later, and halfway between
+    /// two; of pulses that merge or are missed between samples, which are always solved for.
+    #[test]
+    fn later_light_has_the_moments_of_its_phases() {
+        const HALF_A_STEP: f64 = 6e-3;
+        let exact = [(3.0, 1e-9), (0.5, HALF_A_STEP), (-81.5, HALF_A_STEP)];
+        let solved = [(0.5, 0.0)];
+        for (setting, delays) in [
+            ("path.distance=3.2 m", &exact[..]),
+            ("detector.pulse_width=13.5 ns", &solved),
+            ("detector.pulse_width=0.7 ns", &solved),
+        ] {
+            let setting = [setting.parse().expect("sound")];
+            let scene = load_with(Path::new("../scenes/quick.toml"), &setting).expect("sound");
+            let sensor = Sensor::new(&scene);
+            let model = DetectorModel::new(&sensor, DetectorIndex(0));
+            let response = MeanResponse::new(&model).expect("solved");
+            let second = SecondMoments::new(&response).expect("solved");
+            second.of_scan();
+            assert!(second.solved.long_scan.get().is_some());
+            for &(steps, most) in delays {
+                let delayed = response.delayed(steps * sensor.clock().sample_period_ps());
+                let delayed = delayed.expect("solved");
+                let found = SecondMoments::of_delayed(&second.solved(), &delayed);
+                let found = found.expect("solved").of_scan();
+                let anew = SecondMoments::new(&delayed).expect("solved").of_scan();
+                let of = |moments: &CountMoments| {
+                    [moments.signed_variance, moments.total_variance, moments.covariance]
+                };
+                for (found, anew) in found.iter().zip(&anew) {
+                    let off = of(found).into_iter().zip(of(anew)).map(|(a, b)| (a - b).abs());
+                    let off = off.fold(0.0, f64::max) / anew.total_variance;
+                    assert!(off <= most, "{steps} steps later: {off:e}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn combs_hold_every_slot_once_and_keep_their_distance() {
