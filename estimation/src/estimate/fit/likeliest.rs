@@ -247,7 +247,7 @@ impl Maxima {
 
     /// Of draws with what their errors add to the likelihood of each delay and, next, in the direction of its strength,
     /// which is the likeliest.
-    fn of(likelier: &[Likelier], errors: &[f64]) -> Maxima {
+    fn of(likelier: &[Likelier], errors: &[OfDraws]) -> Maxima {
         let mut maxima = Maxima {
             largest: Maxima::NONE,
             at: [0.0; DRAWS_AT_ONCE],
@@ -292,14 +292,14 @@ impl Maxima {
 struct Look<'a> {
     likelier: &'a [Likelier],
     /// Of delay after delay.
-    errors: &'a [f64],
+    errors: &'a [OfDraws],
     maxima: &'a mut Maxima,
 }
 
 impl Runner for Look<'_> {
     #[inline(always)]
     fn run(&mut self) {
-        let (mut errors, _) = self.errors.as_chunks::<DRAWS_AT_ONCE>();
+        let mut errors = self.errors;
         let mut likelihood = Maxima::NONE;
         for at in 0..self.likelier.len() {
             let Likelier { gain, strength } = &self.likelier[at];
@@ -340,7 +340,7 @@ fn drawn(
     let errors = Errors::new(scatter, places)?;
     let [mut linear, mut likeliest] = [const { Vec::new() }; 2];
     errors.draw(&mut Xoshiro256PlusPlus::seed_from_u64(SEED), |sums| {
-        let (of_slope, of_delays) = sums.as_slice().split_at(DRAWS_AT_ONCE);
+        let Some((of_slope, of_delays)) = sums.split_first() else { return };
         linear.extend(of_slope.iter().map(|sum| sum / information));
         likeliest.extend(Maxima::of(likelier, of_delays).delays(delays));
     });
@@ -367,6 +367,29 @@ enum Errors {
     Photons { fall: Fall, each: DMatrix<f64>, mean: DVector<f64> },
 }
 
+/// Sums of independent normal numbers, each with factors of its own.
+struct Combined<'a> {
+    normal: &'a [OfDraws],
+    /// Those of one sum after those of another.
+    factor: &'a [f64],
+    sums: &'a mut [OfDraws],
+}
+
+impl Runner for Combined<'_> {
+    #[inline(always)]
+    fn run(&mut self) {
+        let of_sums = self.factor.chunks_exact(self.normal.len());
+        for (sum, factors) in self.sums.iter_mut().zip(of_sums) {
+            *sum = [0.0; DRAWS_AT_ONCE];
+            for (normal, factor) in self.normal.iter().zip(factors) {
+                for (sum, normal) in sum.iter_mut().zip(normal) {
+                    *sum += normal * factor;
+                }
+            }
+        }
+    }
+}
+
 /// How photons fall into bins.
 enum Fall {
     /// One by one: their number, and running sums of the bins' means.
@@ -390,15 +413,17 @@ impl Errors {
         Some(Errors::Normal(few_columns(places, LEFT_OUT)?.transpose()))
     }
 
-    /// Gives `each_block` the sums of the errors of as many scans as are drawn at once: a row for each scan.
-    fn draw(&self, rng: &mut Xoshiro256PlusPlus, mut each_block: impl FnMut(&DMatrix<f64>)) {
+    /// Gives `each_block` the sums of the errors of as many scans as are drawn at once: place by place those of all scans.
+    fn draw(&self, rng: &mut Xoshiro256PlusPlus, mut each_block: impl FnMut(&[OfDraws])) {
         match self {
             Errors::Normal(factor) => {
+                let mut normal = vec![Maxima::NONE; factor.nrows()];
+                let mut sums = vec![Maxima::NONE; factor.ncols()];
                 for _ in 0..DRAWS / DRAWS_AT_ONCE {
-                    let of_draw = |_, _| StandardNormal.sample(rng);
-                    each_block(
-                        &(DMatrix::from_fn(DRAWS_AT_ONCE, factor.nrows(), of_draw) * factor),
-                    );
+                    normal.as_flattened_mut().fill_with(|| StandardNormal.sample(rng));
+                    let (factor, sums) = (factor.as_slice(), &mut sums);
+                    InstructionSet::best().run(&mut Combined { normal: &normal, factor, sums });
+                    each_block(sums);
                 }
             }
             Errors::Photons { fall, each, mean } => {
@@ -414,7 +439,7 @@ impl Errors {
                     })
                     .take(DRAWS_AT_ONCE)
                     .collect();
-                    each_block(&DMatrix::from_rows(&scans));
+                    each_block(DMatrix::from_rows(&scans).as_slice().as_chunks().0);
                 }
             }
         }
