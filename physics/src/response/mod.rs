@@ -58,6 +58,7 @@ mod history;
 mod integrator;
 mod light;
 mod long_run;
+mod long_scan;
 mod moments;
 mod pairs;
 mod paralyzable;

@@ -23,6 +23,7 @@ use goldtof_fft::Fft;
 use goldtof_fft::num_complex::Complex64;
 use rayon::prelude::*;
 
+use super::long_scan::{LongScan, PerDetection};
 use super::moments::{CountMoments, SecondMoments, rows};
 use super::several::Several;
 use crate::scan::Step;
@@ -71,25 +72,6 @@ fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
         .collect()
 }
 
-/// Second moments of one phase step, for each expected detection.
-#[derive(Clone, Copy)]
-struct PerDetection {
-    variance: f64,
-    /// Covariance of r and N, less the mean of r.
-    excess_covariance: f64,
-}
-
-/// Second moments of some phases of every chip of the reference's code.
-pub struct LongScan {
-    /// Delay of the light for which they were worked out.
-    delay_chips: f64,
-    /// By how much the reference comes later in each phase than in the first, in chips, and in the first of the
-    /// next chip.
-    phases: Vec<f64>,
-    /// Of each phase of each chip.
-    per_detection: Vec<PerDetection>,
-}
-
 impl LongScan {
     fn new(second: &SecondMoments, memory: usize, stride: usize) -> LongScan {
         let samples = second.response.model.timing.clock.samples_per_chip as usize;
@@ -98,26 +80,6 @@ impl LongScan {
             delay_chips: second.response.delay_chips,
             phases: phases.map(|step| second.response.phase_chips(step as u64)).collect(),
             per_detection: all_phase_steps(second, memory, stride),
-        }
-    }
-
-    /// Those of a reference that comes so many chips later, straight between the phases.
-    fn at(&self, chips: f64) -> PerDetection {
-        let whole = chips.floor();
-        let within = chips - whole;
-        let late = self.phases.partition_point(|&phase| phase <= within);
-        let late = late.min(self.phases.len() - 1);
-        let [before, after] = [late - 1, late].map(|phase| self.phases[phase]);
-        let share = (within - before) / (after - before);
-        let first = whole as i64 * (self.phases.len() as i64 - 1);
-        let [early, late] = [late - 1, late].map(|phase| {
-            let number = (first + phase as i64).rem_euclid(self.per_detection.len() as i64);
-            self.per_detection[number as usize]
-        });
-        let between = |a: f64, b: f64| a + share * (b - a);
-        PerDetection {
-            variance: between(early.variance, late.variance),
-            excess_covariance: between(early.excess_covariance, late.excess_covariance),
         }
     }
 }
