@@ -6,6 +6,7 @@ use std::thread;
 
 use serde::Serialize;
 
+use crate::cosim::build::cache_dir;
 use crate::cosim::engine::Engine;
 use crate::cosim::error::CosimError;
 use crate::cosim::sent::SentCount;
@@ -183,35 +184,10 @@ pub fn run(
     if options.graded_mutants.is_some() {
         grade::refuse(&sensor)?;
     }
-    let plan = with_cells(plan::plan(&sensor), &sensor);
-    let emission = deliver::emit(&sensor, &options.made_by)?;
-    let folder =
-        OutputFolder::open(&options.folder(scene), |path| on_event(RunEvent::Waits(path)))?;
-    remove_other_runs(&folder)?;
-    let rtl = folder.subfolder(RTL, |path| on_event(RunEvent::Waits(path)))?;
-    deliver::write_into(&emission, &rtl)?;
-    on_event(RunEvent::Emitted(&emission, &folder.join(RTL)));
-
-    let verilog = Verilog::emitted(&sensor, &emission.files)?;
-    let how = CosimOptions {
-        seed: options.seed,
-        engine: options.engine,
-        window: options.window.clone().map_or(Window::Found, Window::Clocks),
-        ..Default::default()
-    };
-    let clocks = |done, of| on_event(RunEvent::Progress(Progress::Parts { done, of }));
-    let (cosimulation, shown) = beside(
-        || Shown::of(&sensor, options, &verilog.cache),
-        || cosimulate(&sensor, &verilog, &how, clocks),
-    );
-    let (mut cosimulation, shown) = (cosimulation?, shown?);
-    if cosimulation.report.verdict == Verdict::Mismatch {
-        cosimulation.write_mismatch(&folder.join(MISMATCH))?;
-    }
-    if options.window.is_some() {
-        cosimulation.write_vcd(&folder.join(WAVES))?;
-    }
-    on_event(RunEvent::Compared(&cosimulation.report));
+    let (compared, shown) =
+        beside(|| Shown::of(&sensor, options), || Compared::of(&sensor, options, &mut on_event));
+    let Compared { plan, emission, folder, _rtl, verilog, cosimulation } = compared?;
+    let shown = shown?;
     let other = Sensor::new(&scene.estimated_by(scene.estimator.other()));
     let (own_estimates, mut other_estimates) = beside(
         || estimates(&other, &cosimulation, &shown),
@@ -249,6 +225,52 @@ pub fn run(
     Ok(run)
 }
 
+/// The Verilog in its folder, beside its reference model.
+struct Compared {
+    plan: Plan,
+    emission: Emission,
+    folder: OutputFolder,
+    /// Nobody else writes into it meanwhile.
+    _rtl: OutputFolder,
+    verilog: Verilog,
+    cosimulation: Cosimulation,
+}
+
+impl Compared {
+    fn of(
+        sensor: &Sensor,
+        options: &RunOptions,
+        on_event: &mut impl FnMut(RunEvent),
+    ) -> Result<Compared, RunError> {
+        let plan = with_cells(plan::plan(sensor), sensor);
+        let emission = deliver::emit(sensor, &options.made_by)?;
+        let folder = options.folder(sensor.scene());
+        let folder = OutputFolder::open(&folder, |path| on_event(RunEvent::Waits(path)))?;
+        remove_other_runs(&folder)?;
+        let rtl = folder.subfolder(RTL, |path| on_event(RunEvent::Waits(path)))?;
+        deliver::write_into(&emission, &rtl)?;
+        on_event(RunEvent::Emitted(&emission, &folder.join(RTL)));
+
+        let verilog = Verilog::emitted(sensor, &emission.files)?;
+        let how = CosimOptions {
+            seed: options.seed,
+            engine: options.engine,
+            window: options.window.clone().map_or(Window::Found, Window::Clocks),
+            ..Default::default()
+        };
+        let clocks = |done, of| on_event(RunEvent::Progress(Progress::Parts { done, of }));
+        let mut cosimulation = cosimulate(sensor, &verilog, &how, clocks)?;
+        if cosimulation.report.verdict == Verdict::Mismatch {
+            cosimulation.write_mismatch(&folder.join(MISMATCH))?;
+        }
+        if options.window.is_some() {
+            cosimulation.write_vcd(&folder.join(WAVES))?;
+        }
+        on_event(RunEvent::Compared(&cosimulation.report));
+        Ok(Compared { plan, emission, folder, _rtl: rtl, verilog, cosimulation })
+    }
+}
+
 /// A folder with a report has all that belongs to it, and of one scene.
 fn remove_other_runs(folder: &OutputFolder) -> Result<(), RunError> {
     for name in [REPORT, COUNTS, BINS, MISMATCH, WAVES] {
@@ -272,18 +294,14 @@ struct Shown<'s> {
 }
 
 impl<'s> Shown<'s> {
-    fn of(
-        sensor: &'s Sensor,
-        options: &RunOptions,
-        cache: &Path,
-    ) -> Result<Shown<'s>, ReferenceError> {
+    fn of(sensor: &'s Sensor, options: &RunOptions) -> Result<Shown<'s>, ReferenceError> {
         let curves = || IntegrationCurves::of_first_paths(sensor);
         Ok(Shown {
             resources: resources(sensor),
             waves: waves(sensor, options.seed)?,
-            curves: match &options.program {
-                Some(program) => kept(cache, program, sensor.scene(), curves),
-                None => curves(),
+            curves: match (&options.program, cache_dir()) {
+                (Some(program), Ok(cache)) => kept(&cache, program, sensor.scene(), curves),
+                _ => curves(),
             },
             as_it_is: DetectorIndex::of(&sensor.scene().detectors)
                 .map(|detector| AsItIs::new(sensor, detector))

@@ -251,6 +251,18 @@ pub(super) struct ExpectedChange {
     pub expected: ExpectedNumbers,
 }
 
+impl ExpectedChange {
+    /// The same change with another delay, nearly: the detector answers as `answer` has it without any.
+    pub fn delayed(
+        &self,
+        answer: &MeanResponse,
+        change: SceneChange,
+    ) -> Result<ExpectedChange, FitError> {
+        let delayed = answer.delayed(change.value(Unknown::Delay))?;
+        Ok(ExpectedChange { change, expected: self.expected.delayed(&delayed, change.times())? })
+    }
+}
+
 /// Fits the unknowns to what was recorded, from `start` on, with the recharge that `start` has.
 pub(super) fn fit(
     sensor: &Sensor,
@@ -290,13 +302,15 @@ pub(super) fn fit_unknowns(
     let (values, detector) = (observed.values(), observed.detector());
     let own_s = TheoryEffort::of(sensor, detector)?.seconds(Work::Response);
     let limit_s = LONGEST_RESPONSE_S.max(MOST_TIMES_LONGER * own_s);
-    let from = |start: &ExpectedChange| {
-        let ExpectedChange { change, expected } = start;
+    let lit = |change: &SceneChange| {
         let lit = change.applied(sensor, detector);
         TheoryEffort::of(&lit, detector)?.check_within(Work::Response, limit_s)?;
-        let model = DetectorModel::new(&lit, detector);
+        Ok::<_, FitError>(DetectorModel::new(&lit, detector))
+    };
+    let from = |start: &ExpectedChange, answer: &MeanResponse| {
+        let ExpectedChange { change, expected } = start;
         let mut scene = SceneCounts {
-            begun: (change.undelayed(), response(&model)?),
+            begun: (change.undelayed(), answer),
             whitening: expected.whitening(&expected.means)?,
             weighed_at: *change,
             reach: unknowns.iter().map(|u| u.reach(sensor, detector)).collect(),
@@ -313,9 +327,15 @@ pub(super) fn fit_unknowns(
         let sigmas = settled.normal.standard_deviations();
         Ok::<_, FitError>((change, unknowns.iter().copied().zip(sigmas).collect()))
     };
+    let model = lit(&start.change)?;
+    let answer = response(&model)?;
     // Weights of where the fit began may be off: those of where it ended are not.
-    let (change, _): (_, Vec<_>) = from(start)?;
-    from(&change.start(sensor, observed)?)
+    let (change, _): (_, Vec<_>) = from(start, &answer)?;
+    if change.undelayed() == start.change.undelayed() {
+        return from(&start.delayed(&answer, change)?, &answer);
+    }
+    let model = lit(&change)?;
+    from(&change.start(sensor, observed)?, &response(&model)?)
 }
 
 /// Recorded counts, and the unknowns of the scene.
@@ -330,7 +350,7 @@ struct SceneCounts<'p> {
     known: &'p ExpectedNumbers,
     /// Where the fit began, but for the delay, and what the detector answers there: later light needs no other
     /// solution.
-    begun: (SceneChange, MeanResponse<'p>),
+    begun: (SceneChange, &'p MeanResponse<'p>),
     whitening: Whitening,
     weighed_at: SceneChange,
     /// Longest that one response may take on one core.

@@ -14,7 +14,7 @@ use crate::estimate::report::{EstimateReport, Reporter};
 use crate::histogram::correction::BinnedDetector;
 use crate::histogram::innovations::{Innovations, deviance};
 use crate::photons::{DetectorModel, StepCount};
-use crate::response::{CountMoments, MeanCount, MeanResponse, SecondMoments};
+use crate::response::{CountMoments, MeanCount, MeanResponse, SecondMoments, SolvedPairs};
 use crate::scene::DetectorIndex;
 use crate::sensor::Sensor;
 
@@ -105,12 +105,7 @@ impl Observed<'_> {
         let delayed = response(&model)?.delayed(delay_ps)?;
         Ok(match self {
             Observed::Steps(scan) => {
-                let moments = SecondMoments::new(&delayed)?.of_scan();
-                let mean = |moment: &CountMoments| [moment.signed_mean, moment.total_mean];
-                ExpectedNumbers {
-                    means: moments.iter().flat_map(mean).collect(),
-                    scatter: Scatter::Steps { moments, has_totals: scan.has_totals },
-                }
+                ExpectedNumbers::of_steps(&SecondMoments::new(&delayed)?, scan.has_totals)
             }
             Observed::Bins(recorded) => ExpectedNumbers {
                 means: delayed.mean_bins(),
@@ -137,11 +132,35 @@ pub(super) struct ExpectedNumbers {
 
 #[derive(Debug, Clone)]
 enum Scatter {
-    Steps { moments: Vec<CountMoments>, has_totals: bool },
+    Steps { moments: Vec<CountMoments>, solved: SolvedPairs, has_totals: bool },
     Bins { dead_time: BinnedDetector, periods: f64 },
 }
 
 impl ExpectedNumbers {
+    fn of_steps(second: &SecondMoments, has_totals: bool) -> ExpectedNumbers {
+        let moments = second.of_scan();
+        let mean = |moment: &CountMoments| [moment.signed_mean, moment.total_mean];
+        ExpectedNumbers {
+            means: moments.iter().flat_map(mean).collect(),
+            scatter: Scatter::Steps { moments, solved: second.solved(), has_totals },
+        }
+    }
+
+    /// The expectation of the same light with another delay, to which a detector answers so, counted for as
+    /// long; without another solution for how counts scatter, which are second moments nearly.
+    pub fn delayed(&self, answer: &MeanResponse, times: f64) -> Result<ExpectedNumbers, FitError> {
+        Ok(match &self.scatter {
+            Scatter::Steps { solved, has_totals, .. } => {
+                let second = SecondMoments::of_delayed(solved, answer)?;
+                ExpectedNumbers::of_steps(&second, *has_totals).in_times(times)
+            }
+            bins @ Scatter::Bins { .. } => {
+                let means = answer.mean_bins().into_iter().map(|mean| mean * times);
+                ExpectedNumbers { means: means.collect(), scatter: bins.clone() }
+            }
+        })
+    }
+
     /// The same of a scan with or without totals.
     pub fn with_totals(mut self, has: bool) -> ExpectedNumbers {
         if let Scatter::Steps { has_totals, .. } = &mut self.scatter {
@@ -187,7 +206,7 @@ impl ExpectedNumbers {
     /// What whitens deviations from other means: second moments per detection change little.
     pub fn whitening(&self, means: &[f64]) -> Result<Whitening, FitError> {
         Ok(match &self.scatter {
-            Scatter::Steps { moments, has_totals } => {
+            Scatter::Steps { moments, has_totals, .. } => {
                 Whitening::Steps(weights(moments, *has_totals, means))
             }
             Scatter::Bins { dead_time, periods } => {
@@ -200,7 +219,7 @@ impl ExpectedNumbers {
     pub fn judge(&self, values: &[f64]) -> Result<Agreement, FitError> {
         let deviations = differences(values, &self.means);
         match &self.scatter {
-            Scatter::Steps { moments, has_totals } => {
+            Scatter::Steps { moments, has_totals, .. } => {
                 let weights = weights(moments, *has_totals, &self.means);
                 let whitened = weights.whitened(&pairs(&deviations).collect());
                 let chi_square = whitened.iter().map(|z| z * z).sum();

@@ -22,6 +22,7 @@
 //! as a sample, that do not merge.
 
 use super::Histogram;
+use crate::photons::fast::{InstructionSet, Runner};
 
 /// What a detector does beside registering light, in bins.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -231,22 +232,33 @@ impl BinnedDetector {
             sums.push(sum);
         }
         // A dead time may last any number of code periods.
-        let earlier = |bin: usize, by: usize| if by <= bin { bin - by } else { count + bin - by };
         let covered = whole.saturating_sub(1);
         let (periods, rest) = ((covered / count) as f64, covered % count);
         let (last_back, after_back) = (whole % count, (whole + 1) % count);
-        let of_bin = |bin: usize| {
-            let end = match whole {
-                0 => 0.0,
-                _ => {
-                    let turned = if rest <= bin { periods } else { periods + 1.0 };
-                    let before = sums[bin] - sums[earlier(bin, rest)] + turned * sum;
-                    before + last * detections[earlier(bin, last_back)]
-                }
+        let mut cuts = [0, rest, last_back, after_back, count];
+        cuts.sort_unstable();
+        let mut blind = Vec::with_capacity(count);
+        // Between two cuts, whatever is some bins earlier is in one period.
+        for part in cuts.windows(2) {
+            let (start, length) = (part[0], part[1] - part[0]);
+            let earlier = |by: usize| {
+                let place = if by <= start { start - by } else { count + start - by };
+                place..place + length
             };
-            first * detections[bin] + end + after * detections[earlier(bin, after_back)]
-        };
-        (0..count).map(of_bin).collect()
+            let turned = if rest <= start { periods } else { periods + 1.0 };
+            let covered = sums[earlier(0)].iter().zip(&sums[earlier(rest)]);
+            let beside =
+                detections[earlier(last_back)].iter().zip(&detections[earlier(after_back)]);
+            let of_bins = detections[earlier(0)].iter().zip(covered).zip(beside);
+            blind.extend(of_bins.map(|((here, (until, from)), (of_last, of_after))| {
+                let end = match whole {
+                    0 => 0.0,
+                    _ => until - from + turned * sum + last * of_last,
+                };
+                first * here + end + after * of_after
+            }));
+        }
+        blind
     }
 
     /// w\[m\] = F(D - m) - F(-m), F the distribution of the time from one place anywhere in
@@ -294,8 +306,10 @@ pub(super) struct Releases {
     survival: f64,
     /// Rate per bin at which a ready detector fires.
     hazard: Vec<f64>,
-    /// Of the part of each bin before the place of its start one dead time later, and after.
-    decays: Vec<[Decay; 2]>,
+    /// Of the part of each bin before the place of its start one dead time later, and after: its width, and
+    /// [`seconds`] of every bin.
+    widths: [f64; 2],
+    seconds: [Vec<f64>; 2],
 }
 
 impl Releases {
@@ -304,17 +318,17 @@ impl Releases {
         afterpulses: BinnedAfterpulses,
         hazard: &[f64],
     ) -> Releases {
-        let release = 1.0 / afterpulses.time_constant_bins;
         let part = dead_time_bins.fract();
-        let decays = hazard
-            .iter()
-            .map(|hazard| [part, 1.0 - part].map(|width| Decay::new(hazard + release, width)));
+        let rate = 1.0 / afterpulses.time_constant_bins;
+        let rates: Vec<f64> = hazard.iter().map(|hazard| hazard + rate).collect();
+        let widths = [part, 1.0 - part];
         Releases {
             afterpulses,
             dead_time_bins,
-            survival: (-dead_time_bins * release).exp(),
-            decays: decays.collect(),
+            survival: (-dead_time_bins * rate).exp(),
             hazard: hazard.to_vec(),
+            seconds: widths.map(|width| seconds(&rates, width)),
+            widths,
         }
     }
 
@@ -371,10 +385,11 @@ impl Releases {
     /// Takes what is pending `now` through bin `bin`, with what comes back in its first
     /// part and in its second; gives its average there.
     pub(super) fn through(&self, bin: usize, back: [f64; 2], now: &mut f64) -> f64 {
-        let [first, second] = &self.decays[bin];
+        let rate = self.hazard[bin] + self.rate();
         let mut sum = 0.0;
-        *now = first.pass(*now, back[0], &mut sum);
-        *now = second.pass(*now, back[1], &mut sum);
+        for ((&width, seconds), back) in self.widths.iter().zip(&self.seconds).zip(back) {
+            *now = Decay::new(rate, width, seconds[bin]).pass(*now, back, &mut sum);
+        }
         sum
     }
 }
@@ -414,6 +429,34 @@ const SERIES: [f64; 13] = {
     series
 };
 
+/// (x - 1 + exp(-x)) / x^2, whose difference cancels where x is small, of x = rate width for each of some rates.
+fn seconds(rates: &[f64], width: f64) -> Vec<f64> {
+    let mut seconds: Vec<f64> = rates.iter().map(|rate| rate * width).collect();
+    InstructionSet::best().run(&mut OfSmall(&mut seconds));
+    for (second, x) in seconds.iter_mut().zip(rates.iter().map(|rate| rate * width)) {
+        if x >= 0.5 {
+            *second = (x + (-x).exp_m1()) / (x * x);
+        }
+    }
+    seconds
+}
+
+/// Numbers to be replaced by their series.
+struct OfSmall<'a>(&'a mut [f64]);
+
+impl Runner for OfSmall<'_> {
+    #[inline(always)]
+    fn run(&mut self) {
+        for x in &mut *self.0 {
+            let mut sum = 0.0;
+            for term in SERIES.iter().rev() {
+                sum = term - *x * sum;
+            }
+            *x = sum;
+        }
+    }
+}
+
 /// n' = -rate n + inflow over part of a bin.
 #[derive(Debug, Clone, Copy)]
 struct Decay {
@@ -425,15 +468,8 @@ struct Decay {
 }
 
 impl Decay {
-    fn new(rate: f64, width: f64) -> Decay {
-        // With x = rate width: (1 - exp(-x)) / x, and (x - 1 + exp(-x)) / x^2, whose difference
-        // cancels where x is small.
-        let x = rate * width;
-        let second = match x < 0.5 {
-            true => SERIES.iter().rev().fold(0.0, |sum, term| term - x * sum),
-            false => (x + (-x).exp_m1()) / (x * x),
-        };
-        let once = width * (1.0 - x * second);
+    fn new(rate: f64, width: f64, second: f64) -> Decay {
+        let once = width * (1.0 - rate * width * second);
         Decay { width, stays: 1.0 - rate * once, once, twice: width * width * second }
     }
 

@@ -57,7 +57,7 @@ impl SecondMoments<'_, '_> {
         };
         let cells = parts.len();
         let of_cells = |of_cell: &dyn Fn(usize, &Part) -> f64| -> Vec<f64> {
-            (0..self.pairs.hits.len())
+            (0..self.solved.pairs.hits.len())
                 .map(|cell| {
                     let parts = &parts[cell % cells];
                     parts.iter().map(|part| of_cell(cell / cells, part)).sum()
@@ -68,14 +68,14 @@ impl SecondMoments<'_, '_> {
             .iter()
             .map(|sum| of_cells(&|chip, part| part.share * weight(sum, chip, part)))
             .collect();
-        let excess = self.pairs.excess(&rows(&means));
+        let excess = self.solved.pairs.excess(&rows(&means));
         let integration = self.response.model.timing.scan.integration_chips as f64;
-        let periods = integration / self.pairs.grid.period_chips as f64;
+        let periods = integration / self.solved.pairs.grid.period_chips as f64;
         let covariance = |i: usize, j: usize| -> f64 {
             let own = of_cells(&|chip, part| {
                 part.share * weight(&sums[i], chip, part) * weight(&sums[j], chip, part)
             });
-            let cells = own.iter().zip(&self.pairs.hits).enumerate();
+            let cells = own.iter().zip(&self.solved.pairs.hits).enumerate();
             let of_period: f64 = cells
                 .map(|(cell, (own, hits))| {
                     hits * own + means[i][cell] * excess[j][cell] + means[j][cell] * excess[i][cell]
@@ -113,6 +113,6 @@ impl SecondMoments<'_, '_> {
                 })
                 .collect()
         };
-        self.pairs.grid.edges.windows(2).map(of_cell).collect()
+        self.solved.pairs.grid.edges.windows(2).map(of_cell).collect()
     }
 }

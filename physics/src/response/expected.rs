@@ -120,7 +120,7 @@ impl<'m> MeanResponse<'m> {
     /// As for the response itself.
     pub fn delayed(&self, delay_ps: f64) -> Result<MeanResponse<'m>, MeanResponseError> {
         let delay_chips = self.delay_chips + self.model.timing.clock.chips(delay_ps);
-        if self.heard.is_some() || self.sampling.as_ref().is_some_and(DetectionSampling::merges) {
+        if self.state_depends_on_delay() {
             return MeanResponse::solved(
                 self.model,
                 (self.light.clone(), self.heard.clone()),
@@ -163,6 +163,11 @@ impl<'m> MeanResponse<'m> {
             correlator: Arc::clone(&self.correlator),
             delay_chips: self.delay_chips,
         }
+    }
+
+    /// Whether light that comes later leaves the detector in other states than the same ones later.
+    pub(super) fn state_depends_on_delay(&self) -> bool {
+        self.heard.is_some() || self.sampling.as_ref().is_some_and(DetectionSampling::merges)
     }
 
     /// Whether the tier leaves out pulses that begin too long before a sample.

@@ -58,6 +58,7 @@ mod history;
 mod integrator;
 mod light;
 mod long_run;
+mod long_scan;
 mod moments;
 mod pairs;
 mod paralyzable;
@@ -79,7 +80,7 @@ pub use heard::second_order_share;
 pub use light::{Light, LightPath};
 pub(crate) use long_run::LongRun;
 pub use moments::ROUNDING;
-pub use moments::{CountMoments, GroupMoments, SecondMoments};
+pub use moments::{CountMoments, GroupMoments, SecondMoments, SolvedPairs};
 pub use sampling::{check_merging, merged_share};
 pub use tier::CountingTier;
 

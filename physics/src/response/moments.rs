@@ -1,6 +1,7 @@
 //! Means, variances and covariance of the counts, step by step.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
@@ -9,6 +10,7 @@ use super::MeanResponseError;
 use super::correlator::dot;
 use super::expected::MeanResponse;
 use super::grid::{SampleInstants, frame_chips};
+use super::long_scan::LongScan;
 use super::pairs::{DetectorPairs, before_chips};
 use super::span::PairReach;
 use crate::photons::DetectorModel;
@@ -93,11 +95,9 @@ pub(super) const ENDS: usize = 4;
 /// Second moments of the counts around a mean response. Signs are taken without jitter.
 pub struct SecondMoments<'r, 'm> {
     pub(super) response: &'r MeanResponse<'m>,
-    pub(super) pairs: Arc<DetectorPairs>,
-    /// Variance of N that the chips before each chip add.
-    total_variance: Arc<Vec<f64>>,
-    /// What other integration times ask for, too.
-    pub(super) shared: Arc<Shared>,
+    pub(super) solved: SolvedPairs,
+    /// Of single phase steps, where several integration times ask for them.
+    phase_steps: Option<KeptPhaseSteps>,
     /// How far pairs of detections reach across the end of a step; none if steps are so long
     /// that it does not matter.
     reach: Option<PairReach>,
@@ -116,22 +116,24 @@ struct BeforeChips {
     covariance: Vec<f64>,
 }
 
-/// What does not depend on the integration time, once it was asked for.
-#[derive(Default)]
-pub(super) struct Shared {
-    /// Of single phase steps, where several integration times ask for them.
-    phase_steps: Option<Mutex<BTreeMap<u64, Arc<BeforeChips>>>>,
-    /// Of the phase steps of a long scan.
-    pub(super) all_phase_steps: OnceLock<Vec<PerDetection>>,
+/// What second moments follow from, however long steps are and however late the light comes.
+#[derive(Clone)]
+pub struct SolvedPairs {
+    pub(super) pairs: Arc<DetectorPairs>,
+    /// Variance of N that the chips before each chip add.
+    total_variance: Arc<Vec<f64>>,
+    /// Of the phase steps of a long scan, once they were asked for.
+    pub(super) long_scan: Arc<OnceLock<LongScan>>,
 }
 
-/// Second moments of one phase step of a long scan, for each expected detection.
-#[derive(Clone, Copy)]
-pub(super) struct PerDetection {
-    pub(super) variance: f64,
-    /// Covariance of r and N, less the mean of r.
-    pub(super) excess_covariance: f64,
+impl fmt::Debug for SolvedPairs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SolvedPairs").finish_non_exhaustive()
+    }
 }
+
+/// What single phase steps' moments add up from, of those that were asked for.
+type KeptPhaseSteps = Arc<Mutex<BTreeMap<u64, Arc<BeforeChips>>>>;
 
 /// What an end of steps divides of the pairs of all detections.
 struct AcrossEnd {
@@ -159,8 +161,33 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
             .zip(pairs.seen_of_period())
             .map(|((hits, excess), seen)| [seen * (hits + 2.0 * excess)]);
         let [total_variance] = before_chips(&pairs.grid, per_cell);
-        let total_variance = Arc::new(total_variance);
-        Ok(SecondMoments::of_pairs(response, Arc::new(pairs), total_variance, Arc::default()))
+        let solved = SolvedPairs {
+            pairs: Arc::new(pairs),
+            total_variance: Arc::new(total_variance),
+            long_scan: Arc::default(),
+        };
+        Ok(SecondMoments::of_pairs(response, solved, None))
+    }
+
+    /// Those round a response to light that differs from that of `solved` in its [delay](MeanResponse::delayed)
+    /// alone. Only where the state of the detector depends on that it is solved again; of a long scan moments
+    /// are interpolated between the phases of a chip that have been worked out.
+    ///
+    /// # Errors
+    /// As for the mean response.
+    pub fn of_delayed(
+        solved: &SolvedPairs,
+        response: &'r MeanResponse<'m>,
+    ) -> Result<SecondMoments<'r, 'm>, MeanResponseError> {
+        match response.state_depends_on_delay() || response.misses_pulses() {
+            true => SecondMoments::new(response),
+            false => Ok(SecondMoments::of_pairs(response, solved.clone(), None)),
+        }
+    }
+
+    /// What [`SecondMoments::of_delayed`] needs.
+    pub fn solved(&self) -> SolvedPairs {
+        self.solved.clone()
     }
 
     /// Keeps what does not depend on the integration time, for
@@ -168,30 +195,26 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// period.
     #[must_use]
     pub fn shared(self) -> SecondMoments<'r, 'm> {
-        let shared = Shared { phase_steps: Some(Mutex::default()), ..Shared::default() };
-        SecondMoments { shared: Arc::new(shared), ..self }
+        SecondMoments { phase_steps: Some(Arc::default()), ..self }
     }
 
     /// Those round a response that is [counted](MeanResponse::counted_by) for another
     /// integration time. Nothing is solved again.
     pub fn counted_by<'s, 'n>(&self, response: &'s MeanResponse<'n>) -> SecondMoments<'s, 'n> {
-        let (pairs, total_variance) = (Arc::clone(&self.pairs), Arc::clone(&self.total_variance));
-        SecondMoments::of_pairs(response, pairs, total_variance, Arc::clone(&self.shared))
+        SecondMoments::of_pairs(response, self.solved(), self.phase_steps.clone())
     }
 
     fn of_pairs(
         response: &'r MeanResponse<'m>,
-        pairs: Arc<DetectorPairs>,
-        total_variance: Arc<Vec<f64>>,
-        shared: Arc<Shared>,
+        solved: SolvedPairs,
+        phase_steps: Option<KeptPhaseSteps>,
     ) -> SecondMoments<'r, 'm> {
         let brightest = response.light.brightest_per_chip();
-        let reach = reach_across_ends(response.model, brightest, pairs.grid.memory_chips);
+        let reach = reach_across_ends(response.model, brightest, solved.pairs.grid.memory_chips);
         let mut second = SecondMoments {
             response,
-            pairs,
-            total_variance,
-            shared,
+            solved,
+            phase_steps,
             reach,
             ends: Vec::new(),
             known_across: Mutex::default(),
@@ -233,24 +256,24 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
 
     /// What phase steps' moments add up from.
     fn of_phase_steps(&self, phase_steps: BTreeSet<u64>) -> BTreeMap<u64, Arc<BeforeChips>> {
-        let kept = self.shared.phase_steps.as_ref();
+        let kept = self.phase_steps.as_ref();
         let kept = || Some(kept?.lock().unwrap_or_else(PoisonError::into_inner));
         let mut known = kept().map(|kept| kept.clone()).unwrap_or_default();
         let unknown = phase_steps.into_iter().filter(|phase_step| !known.contains_key(phase_step));
         let unknown: Vec<u64> = unknown.collect();
         let signs: Vec<_> = unknown.par_iter().map(|&step| self.signs(step)).collect();
-        let (seen, excess) = (self.seen(), self.pairs.excess(&rows(&signs)));
+        let (seen, excess) = (self.seen(), self.solved.pairs.excess(&rows(&signs)));
         let before = signs.par_iter().zip(&excess).map(|(signs, excess)| {
             let signed = signs.iter().zip(excess);
-            let total = seen.iter().zip(&self.pairs.excess_of_all);
-            let per_cell = self.pairs.hits.iter().zip(signed.zip(total)).map(
+            let total = seen.iter().zip(&self.solved.pairs.excess_of_all);
+            let per_cell = self.solved.pairs.hits.iter().zip(signed.zip(total)).map(
                 |(hits, ((sign, excess), (seen, excess_of_all)))| {
                     let later = sign * excess;
                     let covariance = hits * sign + sign * excess_of_all + seen * excess;
                     [hits * seen + later + later, covariance]
                 },
             );
-            let [signed_variance, covariance] = before_chips(&self.pairs.grid, per_cell);
+            let [signed_variance, covariance] = before_chips(&self.solved.pairs.grid, per_cell);
             Arc::new(BeforeChips { signed_variance, covariance })
         });
         let before: Vec<_> = before.collect();
@@ -266,7 +289,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// counts that go with them.
     fn beyond(&self, weights: &[f64], across: &[f64], end: usize) -> f64 {
         self.reach.map_or(0.0, |reach| {
-            let before = self.pairs.before(weights, end, reach);
+            let before = self.solved.pairs.before(weights, end, reach);
             let of_cell: f64 = before.zip(across).map(|(weight, across)| weight * across).sum();
             self.cells() * of_cell
         })
@@ -277,14 +300,14 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     fn later(&self, step: Step, weights: &[&[f64]]) -> [Vec<Vec<f64>>; 2] {
         let end = self.end(step);
         let across = match self.reach {
-            Some(reach) => self.pairs.excess_across(weights, end, reach),
+            Some(reach) => self.solved.pairs.excess_across(weights, end, reach),
             None => vec![Vec::new(); weights.len()],
         };
-        [self.pairs.excess(weights), across]
+        [self.solved.pairs.excess(weights), across]
     }
 
     fn across(&self, weights: &[f64], end: usize) -> Vec<f64> {
-        let across = |reach| self.pairs.excess_across(&[weights], end, reach).swap_remove(0);
+        let across = |reach| self.solved.pairs.excess_across(&[weights], end, reach).swap_remove(0);
         self.reach.map_or_else(Vec::new, across)
     }
 
@@ -303,7 +326,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     }
 
     fn seen(&self) -> Vec<f64> {
-        self.pairs.seen_of_period().collect()
+        self.solved.pairs.seen_of_period().collect()
     }
 
     /// Moments of some steps of the first scan, on all processors. They are kept:
@@ -331,7 +354,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// # Panics
     /// If there are no steps.
     pub fn variance_of_sum(&self, steps: &[(Step, f64)]) -> f64 {
-        let mut sign = vec![0.0; self.pairs.hits.len()];
+        let mut sign = vec![0.0; self.solved.pairs.hits.len()];
         // Mean of the squared sign of what is seen: that of one step is 1 also in a
         // cell that an edge divides, where its mean is not. Cells are no wider than an
         // eighth of a chip, so edges of two steps seldom lie in one.
@@ -340,7 +363,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
             let signs = self.signs(self.response.model.timing.scan.phase_step(step));
             let sums = sign.iter_mut().zip(&mut spread);
             for ((sum, spread), (s, seen)) in
-                sums.zip(signs.iter().zip(self.pairs.seen_of_period()))
+                sums.zip(signs.iter().zip(self.solved.pairs.seen_of_period()))
             {
                 *sum += weight * s;
                 *spread += weight * weight * (seen - of_seen(s * s, seen));
@@ -348,7 +371,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         }
         let first = steps[0].0;
         let ([excess, across], seen) = (self.later(first, &[&sign]), self.seen());
-        let within = self.times_counted(first).zip(&self.pairs.hits).enumerate();
+        let within = self.times_counted(first).zip(&self.solved.pairs.hits).enumerate();
         let within = within.map(|(cell, (times, hits))| {
             let square = of_seen(sign[cell] * sign[cell], seen[cell]) + spread[cell];
             times * (hits * square + 2.0 * sign[cell] * excess[0][cell])
@@ -375,11 +398,11 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let seen = self.seen();
         // Of N, whose weight is 1 where a pulse is seen.
         weights.push(seen.clone());
-        excess.push(self.pairs.excess_of_all.clone());
+        excess.push(self.solved.pairs.excess_of_all.clone());
         across.push(self.across_of_all(first).of_all.clone());
         let detections: Vec<f64> = self
             .times_counted(first)
-            .zip(&self.pairs.hits)
+            .zip(&self.solved.pairs.hits)
             .map(|(times, hits)| times * hits)
             .collect();
         // Half of a detection itself, and the later ones: both halves of a covariance are alike.
@@ -416,7 +439,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
 
     /// Variance of N of a step.
     pub(super) fn total_variance(&self, step: Step) -> f64 {
-        self.over_step(step, &self.total_variance) - self.across_of_all(step).beyond
+        self.over_step(step, &self.solved.total_variance) - self.across_of_all(step).beyond
     }
 
     /// Mean sign in every cell of the code period, 0 where no sample sees a pulse.
@@ -430,11 +453,12 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
         let [rising, falling] =
             [timing.rising, timing.falling].map(|edge| phase + edge - self.frame_chips());
         let whole = rising.min(falling).floor();
-        let [rise, fall] = [rising, falling].map(|edge| self.pairs.shares_after(edge - whole));
-        let grid = &self.pairs.grid;
+        let [rise, fall] =
+            [rising, falling].map(|edge| self.solved.pairs.shares_after(edge - whole));
+        let grid = &self.solved.pairs.grid;
         let of_cell = |[two_before, before, after]: [u8; 3], cell: usize| {
             // An edge a little over a chip late still belongs to the chip before.
-            let seen = self.pairs.seen[cell];
+            let seen = self.solved.pairs.seen[cell];
             let level = level_after(two_before, before, rise[1][cell], fall[1][cell], seen)
                 + level_after(before, after, rise[0][cell], fall[0][cell], seen)
                 - f64::from(before) * seen;
@@ -445,7 +469,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
             let chips = [2, 1, 0].map(|bit| (pattern >> bit & 1) as u8);
             (0..grid.cells.len()).map(|cell| of_cell(chips, cell)).collect()
         });
-        let mut signs = Vec::with_capacity(self.pairs.hits.len());
+        let mut signs = Vec::with_capacity(self.solved.pairs.hits.len());
         for chip in 0..grid.period_chips as i64 {
             let chips = [2, 1, 0].map(|back| chip_at(chip - whole as i64 - back));
             let pattern = chips.iter().fold(0, |bits, &chip| bits << 1 | usize::from(chip));
@@ -462,7 +486,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     /// What the chips of a step add up to; `before` has the sums before each chip
     /// of the grid.
     fn over_step(&self, step: Step, before: &[f64]) -> f64 {
-        let period = self.pairs.grid.period_chips;
+        let period = self.solved.pairs.grid.period_chips;
         let (periods, first, rest) = self.chips_of(step);
         let end = first + rest;
         let partial = match end.checked_sub(period) {
@@ -479,7 +503,7 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
 
     /// How many times a step counts each cell of the code period, of all of a detector's cells.
     fn times_counted(&self, step: Step) -> impl Iterator<Item = f64> + '_ {
-        let grid = &self.pairs.grid;
+        let grid = &self.solved.pairs.grid;
         let (periods, first, rest) = self.chips_of(step);
         let cells = self.cells();
         (0..grid.period_chips).flat_map(move |chip| {
@@ -494,14 +518,14 @@ impl<'r, 'm> SecondMoments<'r, 'm> {
     fn chips_of(&self, step: Step) -> (f64, usize, usize) {
         let (periods, first, rest) = self.response.chips_of(step);
         let shift = (self.frame_chips() - self.response.timing.window).round() as i64;
-        let period = self.pairs.grid.period_chips as i64;
+        let period = self.solved.pairs.grid.period_chips as i64;
         (periods, (first as i64 - shift).rem_euclid(period) as usize, rest)
     }
 
     /// Chip of the code period, in the grid, with which a step has ended.
     fn end(&self, step: Step) -> usize {
         let (_, first, rest) = self.chips_of(step);
-        (first + rest) % self.pairs.grid.period_chips
+        (first + rest) % self.solved.pairs.grid.period_chips
     }
 }
 

@@ -207,7 +207,7 @@ mod tests {
             let sensor = Sensor::new(&load_with(file, &settings).expect("sound"));
             let model = DetectorModel::new(&sensor, DetectorIndex(0));
             let response = MeanResponse::new(&model).expect("solved");
-            let pairs = SecondMoments::new(&response).expect("solved").pairs;
+            let pairs = SecondMoments::new(&response).expect("solved").solved.pairs;
             assert_eq!(pairs.grid.cells.iter().all(|cell| cell.after_joins), joins);
 
             let mut plain = pairs.grid.clone();

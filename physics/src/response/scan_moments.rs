@@ -23,7 +23,8 @@ use goldtof_fft::Fft;
 use goldtof_fft::num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::moments::{CountMoments, PerDetection, SecondMoments, rows};
+use super::long_scan::{LongScan, PerDetection};
+use super::moments::{CountMoments, SecondMoments, rows};
 use super::several::Several;
 use crate::scan::Step;
 
@@ -41,7 +42,7 @@ fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
     let scan = &second.response.model.timing.scan;
     let brightest = second.response.light.brightest_per_chip();
     let memory = second.response.model.memory_under(brightest).of_pairs_chips();
-    let period = second.pairs.grid.period_chips;
+    let period = second.solved.pairs.grid.period_chips;
     let stride =
         (second.response.model.timing.clock.samples_per_chip as usize / PHASES_PER_CHIP).max(1);
     let phases = second.response.model.timing.clock.samples_per_chip as usize / stride;
@@ -49,43 +50,44 @@ fn of_scan(second: &SecondMoments) -> Vec<CountMoments> {
     if one_by_one || period < 2 * memory {
         return second.of_steps(&Step::all(scan.steps).collect::<Vec<_>>());
     }
-    let all = &second.shared.all_phase_steps;
-    let solved = all.get_or_init(|| all_phase_steps(second, memory, stride));
+    let long_scan = &second.solved.long_scan;
+    let long_scan = long_scan.get_or_init(|| LongScan::new(second, memory, stride));
+    let later_chips = second.response.delay_chips - long_scan.delay_chips;
     let means = second.response.mean_counts();
     means
         .into_iter()
         .enumerate()
         .map(|(step, mean)| {
-            let phase_step = scan.phase_step(Step::at(step)) as usize;
-            let (early, rest) = (phase_step / stride, phase_step % stride);
-            let late = (early + 1) % solved.len();
-            let share = share_between(second, early * stride, rest, stride);
-            let between = |a: f64, b: f64| (a + share * (b - a)) * mean.total;
-            let (a, b) = (&solved[early], &solved[late]);
+            let phase_step = scan.phase_step(Step::at(step));
+            let place = second.response.phase_chips(phase_step) - later_chips;
+            let of_one = long_scan.at(place);
             CountMoments {
                 signed_mean: mean.signed,
                 total_mean: mean.total,
-                signed_variance: between(a.variance, b.variance),
+                signed_variance: of_one.variance * mean.total,
                 total_variance: second.total_variance(Step::at(step)),
-                covariance: mean.signed + between(a.excess_covariance, b.excess_covariance),
+                covariance: mean.signed + of_one.excess_covariance * mean.total,
             }
         })
         .collect()
 }
 
-/// Where phase step `early + rest` is between `early` and `early + stride`, by time.
-fn share_between(second: &SecondMoments, early: usize, rest: usize, stride: usize) -> f64 {
-    let place = |step: usize| second.response.phase_chips(step as u64);
-    match rest {
-        0 => 0.0,
-        _ => (place(early + rest) - place(early)) / (place(early + stride) - place(early)),
+impl LongScan {
+    fn new(second: &SecondMoments, memory: usize, stride: usize) -> LongScan {
+        let samples = second.response.model.timing.clock.samples_per_chip as usize;
+        let phases = (0..=samples).step_by(stride);
+        LongScan {
+            delay_chips: second.response.delay_chips,
+            phases: phases.map(|step| second.response.phase_chips(step as u64)).collect(),
+            per_detection: all_phase_steps(second, memory, stride),
+        }
     }
 }
 
 /// Second moments of every `stride`-th phase step of the code period.
 fn all_phase_steps(second: &SecondMoments, memory: usize, stride: usize) -> Vec<PerDetection> {
     let phases = second.response.model.timing.clock.samples_per_chip as usize / stride;
-    let period = second.pairs.grid.period_chips;
+    let period = second.solved.pairs.grid.period_chips;
     let combs = combs(period, memory);
     let slots: Vec<Slots> = (0..phases)
         .map(|phase| {
@@ -150,7 +152,7 @@ fn covariances(
     asked: &[(&Slots, &[usize])],
     memory: usize,
 ) -> Vec<Vec<SlotPair>> {
-    let period = second.pairs.grid.period_chips;
+    let period = second.solved.pairs.grid.period_chips;
     let weights: Vec<_> = asked.iter().map(|(slots, comb)| slots.weights(comb, period)).collect();
     let of_comb = |((slots, comb), excess): (&(&Slots, &[usize]), Vec<f64>)| {
         let excess = slots.add_up(&excess);
@@ -163,15 +165,15 @@ fn covariances(
         };
         comb.iter().flat_map(of_slot).collect()
     };
-    asked.iter().zip(second.pairs.excess(&rows(&weights))).map(of_comb).collect()
+    asked.iter().zip(second.solved.pairs.excess(&rows(&weights))).map(of_comb).collect()
 }
 
 impl Slots {
     fn new(second: &SecondMoments, offset: f64) -> Slots {
         let timing = &second.response.timing;
         let start = offset + 0.5 * (timing.rising + timing.falling) - second.frame_chips();
-        let [after, _] = second.pairs.shares_after(start - start.floor());
-        let seen = second.pairs.seen.iter().zip(&after);
+        let [after, _] = second.solved.pairs.shares_after(start - start.floor());
+        let seen = second.solved.pairs.seen.iter().zip(&after);
         let mut slots = Slots {
             whole: start.floor() as i64,
             before: seen.map(|(seen, after)| seen - after).collect(),
@@ -179,8 +181,8 @@ impl Slots {
             hits: Vec::new(),
             excess_of_all: Vec::new(),
         };
-        slots.hits = slots.add_up(&second.pairs.hits);
-        slots.excess_of_all = slots.add_up(&second.pairs.excess_of_all);
+        slots.hits = slots.add_up(&second.solved.pairs.hits);
+        slots.excess_of_all = slots.add_up(&second.solved.pairs.excess_of_all);
         slots
     }
 
@@ -313,7 +315,51 @@ impl CodeCorrelation {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
+    use crate::photons::DetectorModel;
+    use crate::response::MeanResponse;
+    use crate::scene::{DetectorIndex, load_with};
+    use crate::sensor::Sensor;
+
+    /// Against those that are solved for anew: with light that comes some whole phase steps later, and halfway between
+    /// two; of pulses that merge or are missed between samples, which are always solved for.
+    #[test]
+    fn later_light_has_the_moments_of_its_phases() {
+        const HALF_A_STEP: f64 = 6e-3;
+        let exact = [(3.0, 1e-9), (0.5, HALF_A_STEP), (-81.5, HALF_A_STEP)];
+        let solved = [(0.5, 0.0)];
+        for (setting, delays) in [
+            ("path.distance=3.2 m", &exact[..]),
+            ("detector.pulse_width=13.5 ns", &solved),
+            ("detector.pulse_width=0.7 ns", &solved),
+        ] {
+            let setting = [setting.parse().expect("sound")];
+            let scene = load_with(Path::new("../scenes/quick.toml"), &setting).expect("sound");
+            let sensor = Sensor::new(&scene);
+            let model = DetectorModel::new(&sensor, DetectorIndex(0));
+            let response = MeanResponse::new(&model).expect("solved");
+            let second = SecondMoments::new(&response).expect("solved");
+            second.of_scan();
+            assert!(second.solved.long_scan.get().is_some());
+            for &(steps, most) in delays {
+                let delayed = response.delayed(steps * sensor.clock().sample_period_ps());
+                let delayed = delayed.expect("solved");
+                let found = SecondMoments::of_delayed(&second.solved(), &delayed);
+                let found = found.expect("solved").of_scan();
+                let anew = SecondMoments::new(&delayed).expect("solved").of_scan();
+                let of = |moments: &CountMoments| {
+                    [moments.signed_variance, moments.total_variance, moments.covariance]
+                };
+                for (found, anew) in found.iter().zip(&anew) {
+                    let off = of(found).into_iter().zip(of(anew)).map(|(a, b)| (a - b).abs());
+                    let off = off.fold(0.0, f64::max) / anew.total_variance;
+                    assert!(off <= most, "{steps} steps later: {off:e}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn combs_hold_every_slot_once_and_keep_their_distance() {

@@ -64,6 +64,8 @@ struct Bins<'m> {
     innovations: Innovations,
     means: Vec<f64>,
     given: Given,
+    /// Standard deviations of the bins, given those before.
+    stds: Vec<f64>,
 }
 
 /// A histogram that is fitted.
@@ -78,8 +80,7 @@ impl<'f> Counts for BinCounts<'f> {
     type Error = FitError;
 
     fn residuals(&self, here: &Bins<'f>) -> Result<Vec<f64>, FitError> {
-        let bins = self.counts.iter().zip(&here.given.expected);
-        Ok(bins.map(|(count, mean)| (count - mean) / mean.sqrt()).collect())
+        Ok(in_stds(differences(self.counts, &here.given.expected), here))
     }
 
     fn misfit(&self, here: &Bins<'f>) -> Result<f64, FitError> {
@@ -100,11 +101,8 @@ impl<'f> Counts for BinCounts<'f> {
                 here.innovations.growth_by_light(&here.given, constant, all)?
             }
         };
-        let of_unit = |column: Vec<f64>| {
-            let bins = column.into_iter().zip(&here.given.expected);
-            bins.map(|(slope, mean)| slope / mean.sqrt()).collect()
-        };
-        Ok(Slopes { columns: [by_delay, by_strength, by_constant].map(of_unit).into(), are_best })
+        let columns = [by_delay, by_strength, by_constant].map(|column| in_stds(column, here));
+        Ok(Slopes { columns: columns.into(), are_best })
     }
 
     fn step(&self, here: &Bins<'f>, normal: &Normal) -> Vec<f64> {
@@ -129,7 +127,8 @@ impl<'f> BinCounts<'f> {
         let response = self.problem.response(&parameters)?;
         let means = response.mean_bins();
         let (innovations, given) = self.given(&means)?;
-        Ok(Bins { parameters, response, innovations, means, given })
+        let stds = given.expected.iter().map(|mean| mean.sqrt()).collect();
+        Ok(Bins { parameters, response, innovations, means, given, stds })
     }
 
     /// What every bin of some means is expected to count, given those before.
@@ -158,8 +157,8 @@ impl<'f> BinCounts<'f> {
 
     /// How far bins of light `chips` later are from what they are, in standard deviations of each.
     fn told_apart(&self, here: &Bins<'f>, chips: f64) -> Result<Vec<f64>, FitError> {
-        let bins = self.expected_later(here, chips)?.into_iter().zip(&here.given.expected);
-        Ok(bins.map(|(later, now)| (later - now) / now.sqrt()).collect())
+        let later = self.expected_later(here, chips)?;
+        Ok(in_stds(differences(&later, &here.given.expected), here))
     }
 }
 
@@ -354,6 +353,12 @@ impl<'s> BinFitter<'s> {
         let excess: f64 = place.innovations.means().iter().map(|mean| 1.0 / mean).sum();
         degrees + (chi_square - degrees) * (2.0 * degrees / (2.0 * degrees + excess)).sqrt()
     }
+}
+
+/// Numbers of bins in standard deviations of each.
+fn in_stds(mut numbers: Vec<f64>, here: &Bins) -> Vec<f64> {
+    numbers.iter_mut().zip(&here.stds).for_each(|(number, std)| *number /= std);
+    numbers
 }
 
 fn slopes(from: &[f64], to: &[f64], step: f64) -> Vec<f64> {

@@ -23,6 +23,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::error::FitError;
 use crate::math::NormalLaw;
+use crate::photons::fast::{InstructionSet, Runner};
 
 /// Delays at which the likelihood is looked at: to so many standard deviations on either side, so many
 /// to each.
@@ -227,58 +228,55 @@ struct StrengthThere {
     height: f64,
 }
 
-impl Likelier {
-    /// Of each draw, with what its errors add to the likelihood, and, next, in the direction of the strength: of the
-    /// likeliest strength.
-    fn with<'a>(&self, mut errors: impl Iterator<Item = &'a [f64]>, likelihood: &mut Vec<f64>) {
-        likelihood.clear();
-        let of_delay = errors.next().unwrap_or_default();
-        let Some(StrengthThere { along, height }) = self.strength else {
-            return likelihood.extend(of_delay.iter().map(|error| self.gain + error));
-        };
-        let of_strength = errors.next().unwrap_or_default();
-        likelihood.extend(of_delay.iter().zip(of_strength).map(|(error, of_strength)| {
-            let more = of_strength - along;
-            let higher = more.max(-height);
-            self.gain + error + (more - 0.5 * higher) * higher
-        }));
-    }
-}
-
 /// Of each draw the largest likelihood of the delays that have been looked at, in their order, and those of the two delays
 /// beside it.
 struct Maxima {
-    largest: Vec<f64>,
-    at: Vec<usize>,
-    before: Vec<f64>,
-    after: Vec<f64>,
-    last: Vec<f64>,
+    largest: OfDraws,
+    /// Number of the delay.
+    at: OfDraws,
+    before: OfDraws,
+    after: OfDraws,
+    last: OfDraws,
 }
 
+/// A number of each draw.
+type OfDraws = [f64; DRAWS_AT_ONCE];
+
 impl Maxima {
-    fn of(draws: usize) -> Maxima {
-        let none = vec![f64::NEG_INFINITY; draws];
-        let [largest, before, after, last] = [&none; 4].map(Vec::clone);
-        Maxima { largest, at: vec![0; draws], before, after, last }
+    const NONE: OfDraws = [f64::NEG_INFINITY; DRAWS_AT_ONCE];
+
+    /// Of draws with what their errors add to the likelihood of each delay and, next, in the direction of its strength,
+    /// which is the likeliest.
+    fn of(likelier: &[Likelier], errors: &[OfDraws]) -> Maxima {
+        let mut maxima = Maxima {
+            largest: Maxima::NONE,
+            at: [0.0; DRAWS_AT_ONCE],
+            before: Maxima::NONE,
+            after: Maxima::NONE,
+            last: Maxima::NONE,
+        };
+        InstructionSet::best().run(&mut Look { likelier, errors, maxima: &mut maxima });
+        maxima
     }
 
-    fn look_at(&mut self, at: usize, likelihood: &[f64]) {
+    #[inline(always)]
+    fn look_at(&mut self, at: f64, likelihood: &OfDraws) {
+        // Choices, of which vector instructions are made, and no branches.
         for (draw, &here) in likelihood.iter().enumerate() {
-            if self.at[draw] + 1 == at {
-                self.after[draw] = here;
-            }
-            if here > self.largest[draw] {
-                self.largest[draw] = here;
-                self.before[draw] = self.last[draw];
-                self.at[draw] = at;
-            }
+            let is_after = self.at[draw] + 1.0 == at;
+            let is_larger = here > self.largest[draw];
+            self.after[draw] = if is_after { here } else { self.after[draw] };
+            self.before[draw] = if is_larger { self.last[draw] } else { self.before[draw] };
+            self.at[draw] = if is_larger { at } else { self.at[draw] };
+            self.largest[draw] = if is_larger { here } else { self.largest[draw] };
+            self.last[draw] = here;
         }
-        self.last.copy_from_slice(likelihood);
     }
 
     /// Where they are: between delays by the parabola through three of them.
     fn delays(&self, delays: &[f64]) -> impl Iterator<Item = f64> {
         self.at.iter().enumerate().map(|(draw, &at)| {
+            let at = at as usize;
             if at == 0 || at + 1 == delays.len() {
                 return delays[at];
             }
@@ -287,6 +285,44 @@ impl Maxima {
             let share = if bend > 0.0 { 0.5 * (after - before) / bend } else { 0.0 };
             delays[at] + share * (delays[at + 1] - delays[at])
         })
+    }
+}
+
+/// A look at every delay.
+struct Look<'a> {
+    likelier: &'a [Likelier],
+    /// Of delay after delay.
+    errors: &'a [OfDraws],
+    maxima: &'a mut Maxima,
+}
+
+impl Runner for Look<'_> {
+    #[inline(always)]
+    fn run(&mut self) {
+        let mut errors = self.errors;
+        let mut likelihood = Maxima::NONE;
+        for at in 0..self.likelier.len() {
+            let Likelier { gain, strength } = &self.likelier[at];
+            let Some((of_delay, rest)) = errors.split_first() else { return };
+            errors = rest;
+            match strength {
+                None => {
+                    for draw in 0..DRAWS_AT_ONCE {
+                        likelihood[draw] = gain + of_delay[draw];
+                    }
+                }
+                Some(StrengthThere { along, height }) => {
+                    let Some((of_strength, rest)) = errors.split_first() else { return };
+                    errors = rest;
+                    for draw in 0..DRAWS_AT_ONCE {
+                        let more = of_strength[draw] - along;
+                        let higher = more.max(-height);
+                        likelihood[draw] = gain + of_delay[draw] + (more - 0.5 * higher) * higher;
+                    }
+                }
+            }
+            self.maxima.look_at(at as f64, &likelihood);
+        }
     }
 }
 
@@ -302,17 +338,11 @@ fn drawn(
 ) -> Option<NormalLaw> {
     let information = places[0].norm_squared();
     let errors = Errors::new(scatter, places)?;
-    let [mut linear, mut likeliest, mut likelihood] = [const { Vec::new() }; 3];
+    let [mut linear, mut likeliest] = [const { Vec::new() }; 2];
     errors.draw(&mut Xoshiro256PlusPlus::seed_from_u64(SEED), |sums| {
-        let mut places = sums.as_slice().chunks_exact(DRAWS_AT_ONCE);
-        let of_slope = places.next().unwrap_or_default();
+        let Some((of_slope, of_delays)) = sums.split_first() else { return };
         linear.extend(of_slope.iter().map(|sum| sum / information));
-        let mut maxima = Maxima::of(DRAWS_AT_ONCE);
-        for (at, delay) in likelier.iter().enumerate() {
-            delay.with(&mut places, &mut likelihood);
-            maxima.look_at(at, &likelihood);
-        }
-        likeliest.extend(maxima.delays(delays));
+        likeliest.extend(Maxima::of(likelier, of_delays).delays(delays));
     });
     let least_found = linear.len() / LEAST_FOUND;
     likeliest.retain(|delay| delay.abs() < found_within);
@@ -337,6 +367,29 @@ enum Errors {
     Photons { fall: Fall, each: DMatrix<f64>, mean: DVector<f64> },
 }
 
+/// Sums of independent normal numbers, each with factors of its own.
+struct Combined<'a> {
+    normal: &'a [OfDraws],
+    /// Those of one sum after those of another.
+    factor: &'a [f64],
+    sums: &'a mut [OfDraws],
+}
+
+impl Runner for Combined<'_> {
+    #[inline(always)]
+    fn run(&mut self) {
+        let of_sums = self.factor.chunks_exact(self.normal.len());
+        for (sum, factors) in self.sums.iter_mut().zip(of_sums) {
+            *sum = [0.0; DRAWS_AT_ONCE];
+            for (normal, factor) in self.normal.iter().zip(factors) {
+                for (sum, normal) in sum.iter_mut().zip(normal) {
+                    *sum += normal * factor;
+                }
+            }
+        }
+    }
+}
+
 /// How photons fall into bins.
 enum Fall {
     /// One by one: their number, and running sums of the bins' means.
@@ -357,20 +410,20 @@ impl Errors {
             each.column_iter_mut().zip(&roots).for_each(|(mut column, root)| column /= *root);
             return Some(Errors::Photons { fall, each, mean });
         }
-        let places = DMatrix::from_columns(places);
-        let covariance = places.tr_mul(&places);
-        Some(Errors::Normal(few_columns(&covariance, LEFT_OUT)?.transpose()))
+        Some(Errors::Normal(few_columns(places, LEFT_OUT)?.transpose()))
     }
 
-    /// Gives `each_block` the sums of the errors of as many scans as are drawn at once: a row for each scan.
-    fn draw(&self, rng: &mut Xoshiro256PlusPlus, mut each_block: impl FnMut(&DMatrix<f64>)) {
+    /// Gives `each_block` the sums of the errors of as many scans as are drawn at once: place by place those of all scans.
+    fn draw(&self, rng: &mut Xoshiro256PlusPlus, mut each_block: impl FnMut(&[OfDraws])) {
         match self {
             Errors::Normal(factor) => {
+                let mut normal = vec![Maxima::NONE; factor.nrows()];
+                let mut sums = vec![Maxima::NONE; factor.ncols()];
                 for _ in 0..DRAWS / DRAWS_AT_ONCE {
-                    let of_draw = |_, _| StandardNormal.sample(rng);
-                    each_block(
-                        &(DMatrix::from_fn(DRAWS_AT_ONCE, factor.nrows(), of_draw) * factor),
-                    );
+                    normal.as_flattened_mut().fill_with(|| StandardNormal.sample(rng));
+                    let (factor, sums) = (factor.as_slice(), &mut sums);
+                    InstructionSet::best().run(&mut Combined { normal: &normal, factor, sums });
+                    each_block(sums);
                 }
             }
             Errors::Photons { fall, each, mean } => {
@@ -386,21 +439,25 @@ impl Errors {
                     })
                     .take(DRAWS_AT_ONCE)
                     .collect();
-                    each_block(&DMatrix::from_rows(&scans));
+                    each_block(DMatrix::from_rows(&scans).as_slice().as_chunks().0);
                 }
             }
         }
     }
 }
 
-/// F of few columns: F F^T is the covariance of some numbers but for at most the share `left_out` of the variance of each, so
-/// that F z has it if z is of independent standard normal numbers. By Cholesky's method, of the number of which the
-/// largest share is left. `None` where a covariance is not finite, or nothing varies.
-fn few_columns(covariance: &DMatrix<f64>, left_out: f64) -> Option<DMatrix<f64>> {
-    if !covariance.iter().all(|entry| entry.is_finite()) {
+/// F of few columns: F F^T is the covariance of some numbers, each with factors of errors that go with no others, but for at
+/// most the share `left_out` of the variance of each, so that F z has it if z is of independent standard normal numbers. By
+/// Cholesky's method, of the number of which the largest share is left: no other covariances are asked for. `None` where a
+/// variance is not finite, or nothing varies.
+fn few_columns(factors: &[DVector<f64>], left_out: f64) -> Option<DMatrix<f64>> {
+    let of_all = |of: &dyn Fn(&DVector<f64>) -> f64| {
+        DVector::from_iterator(factors.len(), factors.iter().map(of))
+    };
+    let variances = of_all(&|factors| factors.dot(factors));
+    if !variances.iter().all(|variance| variance.is_finite()) {
         return None;
     }
-    let variances = covariance.diagonal();
     let varying: Vec<usize> = (0..variances.len()).filter(|&at| variances[at] > 0.0).collect();
     let mut left = variances.clone();
     let mut columns: Vec<DVector<f64>> = Vec::new();
@@ -410,7 +467,7 @@ fn few_columns(covariance: &DMatrix<f64>, left_out: f64) -> Option<DMatrix<f64>>
         if share(most) <= left_out {
             break;
         }
-        let mut column = covariance.column(most).clone_owned();
+        let mut column = of_all(&|other| other.dot(&factors[most]));
         for before in &columns {
             column.axpy(-before[most], before, 1.0);
         }
@@ -557,7 +614,8 @@ mod tests {
                 [row.cos(), 5.0 * row.sin(), least * (2.0 * row).cos()][column]
             });
             let covariance = &made * made.transpose();
-            let few = few_columns(&covariance, 1e-6).expect("numbers that vary");
+            let factors: Vec<_> = made.row_iter().map(|row| row.transpose()).collect();
+            let few = few_columns(&factors, 1e-6).expect("numbers that vary");
             let missing = (&few * few.transpose() - &covariance).diagonal();
             (few.ncols(), missing.component_div(&covariance.diagonal()).amax())
         };
@@ -565,6 +623,6 @@ mod tests {
         assert!(columns == 3 && missing < 1e-12, "{columns} {missing}");
         let (columns, missing) = of(1e-4);
         assert!(columns == 2 && missing < 1e-6, "{columns} {missing}");
-        assert!(few_columns(&DMatrix::zeros(2, 2), 1e-6).is_none());
+        assert!(few_columns(&[DVector::zeros(2), DVector::zeros(2)], 1e-6).is_none());
     }
 }

@@ -1,7 +1,7 @@
 //! Where the tests begin: at the delay at which the scene agrees best with the counts.
 
 use super::super::hypothesis::{ExpectedChange, SceneChange, SceneFit, Unknown, fit, fit_unknowns};
-use super::super::observed::{ExpectedNumbers, Observed};
+use super::super::observed::{ExpectedNumbers, Observed, response};
 use super::critical;
 use crate::estimate::coverage::steps_outside;
 use crate::estimate::fit::FitError;
@@ -93,12 +93,17 @@ fn best_delay(
         return SceneChange::later(delay_ps).start(sensor, observed);
     }
     let values = observed.values();
+    let as_it_is = as_it_is
+        .map(|known| ExpectedChange { change: SceneChange::default(), expected: known.clone() });
+    let model = DetectorModel::new(sensor, observed.detector());
+    let answer = as_it_is.as_ref().map(|_| response(&model)).transpose()?;
     let mut best: Option<(f64, ExpectedChange)> = None;
     for &delay_ps in delays_ps {
         let change = SceneChange::later(delay_ps);
-        let start = match as_it_is {
-            Some(known) if delay_ps == 0.0 => ExpectedChange { change, expected: known.clone() },
-            _ => change.start(sensor, observed)?,
+        let start = match as_it_is.as_ref().zip(answer.as_ref()) {
+            Some((known, _)) if delay_ps == 0.0 => known.clone(),
+            Some((known, answer)) => known.delayed(answer, change)?,
+            None => change.start(sensor, observed)?,
         };
         let deviance = start.expected.judge(&values)?.deviance;
         if deviance < best.as_ref().map_or(f64::INFINITY, |(least, _)| *least) {

@@ -1,9 +1,12 @@
 //! Run-length words for `$readmemh`: values that hold for many clocks are short.
 
-/// Values of consecutive clocks, run by run.
+/// Values of consecutive clocks, run by run; all of as many words.
 #[derive(Debug, Clone, Default)]
 pub struct Runs {
-    runs: Vec<(u64, Vec<u64>)>,
+    /// Clocks of each run.
+    clocks: Vec<u64>,
+    /// Words of one value after those of another.
+    values: Vec<u64>,
 }
 
 /// Words `{value, repeats}`: `value` holds for `repeats` + 1 clocks. `repeats`
@@ -24,9 +27,12 @@ const LINE_CHARACTERS: usize = 90;
 impl Runs {
     /// Adds one clock's value, least significant word first.
     pub fn push(&mut self, value: &[u64]) {
-        match self.runs.last_mut() {
-            Some((clocks, last)) if last == value => *clocks += 1,
-            _ => self.runs.push((1, value.to_vec())),
+        match self.clocks.last_mut() {
+            Some(clocks) if self.values.ends_with(value) => *clocks += 1,
+            _ => {
+                self.clocks.push(1);
+                self.values.extend_from_slice(value);
+            }
         }
     }
 
@@ -40,26 +46,27 @@ impl Runs {
         let repeat_digits = shortest.unwrap_or(1);
         let longest = 1u64 << (4 * repeat_digits);
         let mut text = String::new();
-        let mut line = String::new();
-        for (clocks, value) in &self.runs {
-            let mut left = *clocks;
+        // Where the line begins.
+        let mut line = 0;
+        let words = self.values.len() / self.clocks.len().max(1);
+        for (run, &clocks) in self.clocks.iter().enumerate() {
+            let value = &self.values[run * words..][..words];
+            let mut left = clocks;
             while left > 0 {
                 let run = left.min(longest);
                 left -= run;
-                if !line.is_empty() {
-                    line.push(' ');
+                if text.len() > line {
+                    text.push(' ');
                 }
-                line += &hexadecimal(value, value_digits);
-                line += &format!("{:0width$x}", run - 1, width = repeat_digits as usize);
-                if line.len() >= LINE_CHARACTERS {
-                    text += &line;
+                put_hexadecimal(&mut text, value, value_digits);
+                put_hexadecimal(&mut text, &[run - 1], repeat_digits);
+                if text.len() - line >= LINE_CHARACTERS {
                     text.push('\n');
-                    line.clear();
+                    line = text.len();
                 }
             }
         }
-        if !line.is_empty() {
-            text += &line;
+        if text.len() > line {
             text.push('\n');
         }
         RunLengthWords {
@@ -71,20 +78,17 @@ impl Runs {
 
     fn words_with(&self, repeat_digits: u32) -> u64 {
         let longest = 1u64 << (4 * repeat_digits);
-        self.runs.iter().map(|(run, _)| run.div_ceil(longest)).sum()
+        self.clocks.iter().map(|run| run.div_ceil(longest)).sum()
     }
 }
 
 /// The lowest `digits` hexadecimal digits of a number, the first word lowest.
-fn hexadecimal(words: &[u64], digits: u32) -> String {
-    (0..digits)
-        .rev()
-        .map(|digit| {
-            let word = words.get(digit as usize / 16).copied().unwrap_or(0);
-            let nibble = (word >> (4 * (digit % 16)) & 15) as u32;
-            char::from_digit(nibble, 16).unwrap_or('0')
-        })
-        .collect()
+fn put_hexadecimal(text: &mut String, words: &[u64], digits: u32) {
+    text.extend((0..digits).rev().map(|digit| {
+        let word = words.get(digit as usize / 16).copied().unwrap_or(0);
+        let nibble = (word >> (4 * (digit % 16)) & 15) as u32;
+        char::from_digit(nibble, 16).unwrap_or('0')
+    }));
 }
 
 #[cfg(test)]

@@ -64,20 +64,25 @@ impl HighSamples {
         Ok(())
     }
 
+    #[inline(always)]
     fn push(&mut self, mut low: u64, mut high: u64) {
-        loop {
-            if self.runs.len().is_multiple_of(STRIDE) {
-                self.starts.push(self.end);
-            }
-            let [lows, highs] = [low.min(u16::MAX.into()), high.min(u16::MAX.into())];
-            let highs = if lows < low { 0 } else { highs };
-            self.runs.push([lows as u16, highs as u16]);
-            self.end += lows + highs;
+        const MOST: u64 = u16::MAX as u64;
+        while low > MOST || high > MOST {
+            let lows = low.min(MOST);
+            let highs = if lows < low { 0 } else { high.min(MOST) };
+            self.keep(lows, highs);
             (low, high) = (low - lows, high - highs);
-            if high == 0 {
-                return;
-            }
         }
+        self.keep(low, high);
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, low: u64, high: u64) {
+        if self.runs.len().is_multiple_of(STRIDE) {
+            self.starts.push(self.end);
+        }
+        self.runs.push([low as u16, high as u16]);
+        self.end += low + high;
     }
 
     /// The first hit at or after a sample. A lane that begins to warm up there has seen no level before,
@@ -112,23 +117,26 @@ impl HighSamples {
         window: &Range<Sample>,
         mut mark: impl FnMut(Sample),
     ) {
-        while let Some(&[low, high]) = self.runs.get(place.run) {
-            let (start, next) = (place.at + u64::from(low), place.behind(low, high));
+        // Whatever is written to memory for each run costs more than all else.
+        let mut here = *place;
+        for &[low, high] in self.runs.get(here.run..).unwrap_or_default() {
+            let (start, next) = (here.at + u64::from(low), here.behind(low, high));
             if start >= window.end {
-                return;
+                break;
             }
             if next.at > window.start && high > 0 {
                 mark(Sample(start.max(window.start) - window.start));
             }
             // What reaches into the next window is kept for it.
             if next.at > window.end {
-                return;
+                break;
             }
             if next.at > window.start && high > 0 && next.at < window.end {
                 mark(Sample(next.at - window.start));
             }
-            *place = next;
+            here = next;
         }
+        *place = here;
     }
 }
 

@@ -303,7 +303,7 @@ impl<'a> VectorRun<'a> {
     fn edges(&mut self, clock: i64, clocks: u64) -> Vec<u32> {
         let sampling = self.setup.interface.timing.sampling();
         let of_detector = self.setup.interface.lanes() as usize;
-        let all = self.setup.design.samples;
+        let all = self.setup.design.samples as u64;
         let mut edges = std::mem::take(&mut self.spare);
         edges.clear();
         for (detector, places) in self.places.iter_mut().enumerate() {
@@ -314,10 +314,12 @@ impl<'a> VectorRun<'a> {
                     continue;
                 };
                 let window = sampling.samples(&(first..first + clocks));
+                let first = (detector * of_detector * LANES + lane) as u64;
                 high.edges(place, &window, |sample| {
                     let (clock, sample) = (sampling.clock_of(sample), sampling.lane_of(sample));
-                    let row = clock as usize * all + detector * of_detector + sample as usize;
-                    edges.push((row * LANES + lane) as u32);
+                    // A block's places have 32 bits: nothing wraps.
+                    let row = clock.wrapping_mul(all).wrapping_add(sample.into());
+                    edges.push(first.wrapping_add(row.wrapping_mul(LANES as u64)) as u32);
                 });
             }
         }
