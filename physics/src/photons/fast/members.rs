@@ -179,14 +179,9 @@ impl<'t> Members<'t> {
     /// Light of a target has shortened the waits.
     #[inline(always)]
     pub fn aim(&mut self, target: &LitMembers, before: &LaneWords, waits: &LaneWords) {
-        match target {
-            LitMembers::All => {}
-            LitMembers::One(member) => {
-                for lane in 0..LANES {
-                    let is_first = waits[lane] < before[lane];
-                    self.hit[lane] = if is_first { *member } else { self.hit[lane] };
-                }
-            }
+        let members = match target {
+            LitMembers::All => return,
+            LitMembers::One(member) => LaneWords::all(*member),
             LitMembers::Shares(thresholds) => {
                 let mut members = LaneWords::all(0);
                 for &threshold in thresholds {
@@ -195,11 +190,13 @@ impl<'t> Members<'t> {
                         members[lane] = members[lane].wrapping_add(is_later);
                     }
                 }
-                for lane in 0..LANES {
-                    let is_first = waits[lane] < before[lane];
-                    self.hit[lane] = if is_first { members[lane] } else { self.hit[lane] };
-                }
+                members
             }
+        };
+        for lane in 0..LANES {
+            // Both read before the choice, or else the compiler chooses between places in memory, lane by lane.
+            let (if_first, if_later) = (members[lane], self.hit[lane]);
+            self.hit[lane] = if waits[lane] < before[lane] { if_first } else { if_later };
         }
     }
 
