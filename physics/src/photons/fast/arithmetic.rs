@@ -93,6 +93,14 @@ pub fn wrap(number: u32, period: u32) -> u32 {
     number.min(number.wrapping_sub(period))
 }
 
+/// One of two words. By bits: of an `if` between words that are stored, the compiler may make one between
+/// their places, lane by lane.
+#[inline(always)]
+pub fn choose(condition: bool, chosen: u32, other: u32) -> u32 {
+    let mask = 0_u32.wrapping_sub(u32::from(condition));
+    (chosen & mask) | (other & !mask)
+}
+
 /// The longest wait in ticks; longer ones are cut to it.
 pub const LONGEST_WAIT: u32 = 1 << 30;
 

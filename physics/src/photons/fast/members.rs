@@ -13,7 +13,7 @@
 //! less what decays in the dead time. There are as many places for what is pending as any lane has needed.
 
 use super::arithmetic::{
-    Floats, LANES, LaneWords, LookUp, exponential, minus_log2, to_ticks, wrap,
+    Floats, LANES, LaneWords, LookUp, choose, exponential, minus_log2, to_ticks, wrap,
 };
 use super::streams::LaneStreams;
 use crate::photons::random::{RandomStream, StreamKey, scatter};
@@ -194,9 +194,7 @@ impl<'t> Members<'t> {
             }
         };
         for lane in 0..LANES {
-            // Both read before the choice, or else the compiler chooses between places in memory, lane by lane.
-            let (if_first, if_later) = (members[lane], self.hit[lane]);
-            self.hit[lane] = if waits[lane] < before[lane] { if_first } else { if_later };
+            self.hit[lane] = choose(waits[lane] < before[lane], members[lane], self.hit[lane]);
         }
     }
 
