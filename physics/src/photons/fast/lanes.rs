@@ -129,22 +129,18 @@ impl<'t> Lanes<'t> {
     /// for the same reason, and keeps every number small.
     #[inline(always)]
     pub fn iterate(&mut self) {
-        // Those of other numbers than ticks all at once.
-        let mut shortest = Floats::all(LONGEST_WAIT as f32);
+        // Of what is not looked up by ticks only the first is rounded to them.
+        let mut others = Floats::all(LONGEST_WAIT as f32);
         if let Some(constant) = &mut self.constant {
-            constant.shorten(&mut shortest);
+            constant.shorten(&mut others);
         }
         if let Some(afterpulses) = &mut self.afterpulses {
-            afterpulses.shorten(&mut shortest);
+            afterpulses.shorten(&mut others);
         }
         let mut waits = LaneWords::all(LONGEST_WAIT);
-        for lane in 0..LANES {
-            waits[lane] = to_ticks(shortest[lane]);
-        }
         let mut cuts = LaneWords::all(self.tables.longest_wait_ticks);
         if let Some(members) = &mut self.members {
             members.choose();
-            members.aim(&self.tables.constant_target, &LaneWords::all(LONGEST_WAIT), &waits);
         }
         for (path, table) in self.paths.iter_mut().zip(&self.tables.paths) {
             let before = waits;
@@ -152,6 +148,13 @@ impl<'t> Lanes<'t> {
             if let Some(members) = &mut self.members {
                 members.aim(&table.target, &before, &waits);
             }
+        }
+        let before = waits;
+        for lane in 0..LANES {
+            waits[lane] = before[lane].min(to_ticks(others[lane]));
+        }
+        if let Some(members) = &mut self.members {
+            members.aim(&self.tables.constant_target, &before, &waits);
         }
         if let Some(members) = &mut self.members {
             (self.elapsed, self.fired) = members.arrive(&waits, &cuts);
