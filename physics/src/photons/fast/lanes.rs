@@ -155,8 +155,6 @@ impl<'t> Lanes<'t> {
         }
         if let Some(members) = &mut self.members {
             members.aim(&self.tables.constant_target, &before, &waits);
-        }
-        if let Some(members) = &mut self.members {
             (self.elapsed, self.fired) = members.arrive(&waits, &cuts);
             for path in &mut self.paths {
                 path.places.advance(&self.elapsed);
