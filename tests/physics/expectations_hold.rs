@@ -366,7 +366,8 @@ fn the_share_that_estimate_refuses_is_said() {
             let chance = reporter.scan(counts).chance_fraction;
             refused += u64::from(chance.is_some_and(|chance| chance >= 0.02));
         };
-        scans(&sensor, DetectorIndex(0), Tier::Sampled, 5, SCANS, on_scan).expect("it is simulated");
+        scans(&sensor, DetectorIndex(0), Tier::Sampled, 5, SCANS, on_scan)
+            .expect("it is simulated");
         assert_eq!(told, refused as f64 / SCANS as f64, "{power}, {estimator}");
         told
     };
