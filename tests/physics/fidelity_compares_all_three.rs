@@ -82,6 +82,10 @@ fn every_tier_of_a_histogram_is_compared() {
     }
     for tier in tiers {
         let [low, high] = [0, 1].map(|i| tier["std_relative_error_ci95"][i].as_f64().unwrap());
-        assert!(low - 0.15 < 0.0 && high + 0.15 > 0.0, "{tier}");
+        // As much again as intervals of 95 %: of some twenty of them one or another is outside. What is expected
+        // of light as dim is 15 % off at most.
+        let scans = tier["repetitions"].as_f64();
+        let more = scans.map_or(0.15, |scans| 1.5 / scans.sqrt());
+        assert!(low - more < 0.0 && high + more > 0.0, "{tier}");
     }
 }

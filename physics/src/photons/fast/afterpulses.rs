@@ -13,7 +13,8 @@
 //! exponential: none comes if E >= A, else t = -tau ln(1 - E / A).
 
 use super::arithmetic::{
-    Floats, LANES, LONGEST_WAIT, LaneWords, exp2_of_negative, exponential, minus_ln, to_ticks,
+    Floats, LANES, LONGEST_WAIT, LaneWords, SLIGHT, exp2_of_negative, exponential, minus_log2,
+    slight_exponential,
 };
 use super::streams::LaneStreams;
 
@@ -24,32 +25,52 @@ pub struct Afterpulses {
     /// Expected number still to come, by lane.
     pub masses: Floats,
     mean_per_avalanche: f32,
-    time_constant_ticks: f32,
-    /// log2(e) over the time constant.
-    halvings_per_tick: f32,
+    half_life_ticks: f32,
+    /// Negative, because masses decay.
+    half_lives_per_tick: f32,
+    /// No mass is greater than [`SLIGHT`].
+    are_slight: bool,
 }
 
 impl Afterpulses {
-    pub fn new(mean_per_avalanche: f64, time_constant_ticks: f64) -> Afterpulses {
+    /// Of a detector that is blind for some ticks from each avalanche on.
+    pub fn new(
+        mean_per_avalanche: f64,
+        time_constant_ticks: f64,
+        dead_time_ticks: u32,
+    ) -> Afterpulses {
+        let half_life_ticks = time_constant_ticks * std::f64::consts::LN_2;
+        // One avalanche as soon as the other.
+        let kept = (-f64::from(dead_time_ticks) / time_constant_ticks).exp();
         Afterpulses {
             streams: LaneStreams::new(),
             masses: Floats::all(0.0),
             mean_per_avalanche: mean_per_avalanche as f32,
-            time_constant_ticks: time_constant_ticks as f32,
-            halvings_per_tick: (std::f64::consts::LOG2_E / time_constant_ticks) as f32,
+            half_life_ticks: half_life_ticks as f32,
+            half_lives_per_tick: (-1.0 / half_life_ticks) as f32,
+            are_slight: mean_per_avalanche < SLIGHT * (1.0 - kept),
         }
     }
 
-    /// Shortens the waits to the next afterpulse.
+    /// Shortens the waits, in ticks, to the next afterpulse.
     #[inline(always)]
-    pub fn shorten(&mut self, waits: &mut LaneWords) {
+    pub fn shorten(&mut self, waits: &mut Floats) {
         let random = self.streams.next();
+        let mut passed = Floats::all(0.0);
+        if self.are_slight {
+            for lane in 0..LANES {
+                passed[lane] = slight_exponential(random[lane]);
+            }
+        } else {
+            for lane in 0..LANES {
+                passed[lane] = exponential(random[lane]);
+            }
+        }
         for lane in 0..LANES {
             let mass = self.masses[lane];
-            let passed = exponential(random[lane]);
-            let wait = minus_ln(1.0 - passed / mass, 0) * self.time_constant_ticks;
-            let wait = if passed < mass { wait } else { LONGEST_WAIT as f32 };
-            waits[lane] = waits[lane].min(to_ticks(wait));
+            let wait = minus_log2(1.0 - passed[lane] / mass, 0) * self.half_life_ticks;
+            let wait = if passed[lane] < mass { wait } else { LONGEST_WAIT as f32 };
+            waits[lane] = if wait < waits[lane] { wait } else { waits[lane] };
         }
     }
 
@@ -58,9 +79,9 @@ impl Afterpulses {
     #[inline(always)]
     pub fn decay(&mut self, elapsed: &LaneWords, fired: &LaneWords) {
         for lane in 0..LANES {
-            let halvings = elapsed[lane] as i32 as f32 * self.halvings_per_tick;
-            let new = fired[lane] as i32 as f32 * self.mean_per_avalanche;
-            self.masses[lane] = self.masses[lane] * exp2_of_negative(-halvings) + new;
+            let half_lives = elapsed[lane] as i32 as f32 * self.half_lives_per_tick;
+            let new = if fired[lane] != 0 { self.mean_per_avalanche } else { 0.0 };
+            self.masses[lane] = self.masses[lane] * exp2_of_negative(half_lives) + new;
         }
     }
 }

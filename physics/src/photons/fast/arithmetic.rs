@@ -93,6 +93,14 @@ pub fn wrap(number: u32, period: u32) -> u32 {
     number.min(number.wrapping_sub(period))
 }
 
+/// One of two words. By bits: of an `if` between words that are stored, the compiler may make one between
+/// their places, lane by lane.
+#[inline(always)]
+pub fn choose(condition: bool, chosen: u32, other: u32) -> u32 {
+    let mask = 0_u32.wrapping_sub(u32::from(condition));
+    (chosen & mask) | (other & !mask)
+}
+
 /// The longest wait in ticks; longer ones are cut to it.
 pub const LONGEST_WAIT: u32 = 1 << 30;
 
@@ -135,37 +143,62 @@ pub fn to_ticks(wait: f32) -> u32 {
     unsafe { within.to_int_unchecked::<i32>() as u32 }
 }
 
-/// A unit exponential from 32 random bits: -ln((i + 1/2) / 2^31) with i the
-/// upper 31 bits, which reaches from 0 to 22.
+/// A unit exponential in units of its half-life, from 32 random bits: -log2(i / 2^31) with i the upper
+/// 31 bits, which reaches from 0 to 31, and 158 once in 2^31 draws, where i is 0.
 ///
-/// Rounding (i + 1/2) to 24 bits keeps the tail fine: the exponential's own
-/// resolution is about 10^-7 at any length.
+/// Rounding i to 24 bits keeps the tail fine: the exponential's own resolution is about
+/// 10^-7 at any length.
 #[inline(always)]
-pub fn exponential(bits: u32) -> f32 {
-    let scaled = (bits >> 1) as i32 as f32 + 0.5;
-    minus_ln(scaled, 31)
+pub fn half_lives(bits: u32) -> f32 {
+    minus_log2((bits >> 1) as i32 as f32, 31)
 }
 
-/// -ln(x / 2^scale) for x > 0, within 2e-7 of the result or 4e-8, whichever is
-/// more. Zero gives a large number, anything else nonsense, but never a trap.
-///
-/// x = 2^e (1 + f) with 1 + f between sqrt(1/2) and sqrt(2), and the minimax
-/// polynomial of degree 8 for ln(1 + f), which is 4e-8 off at most.
+/// A unit exponential, 31 bits: [`half_lives`] in its own unit.
 #[inline(always)]
-pub fn minus_ln(x: f32, scale: i32) -> f32 {
+pub fn exponential(bits: u32) -> f32 {
+    half_lives(bits) * std::f32::consts::LN_2
+}
+
+/// [`slight_exponential`] is exact up to here.
+pub const SLIGHT: f64 = 0.25;
+
+/// A unit exponential from 32 random bits, where only those up to [`SLIGHT`] matter: longer ones are
+/// beyond it, too, but not so long.
+///
+/// -ln(1 - w) of the share w of 2^31 that the upper bits are, by its minimax polynomial, which is a
+/// share of 4e-7 off at most.
+#[inline(always)]
+pub fn slight_exponential(bits: u32) -> f32 {
+    let w = (bits >> 1) as i32 as f32 * (1.0 / 2_147_483_648.0);
+    let mut q = 0.332_077_6_f32;
+    q = q * w + 0.221_307_86;
+    q = q * w + 0.335_748_76;
+    q = q * w + 0.499_930_08;
+    q = q * w + 1.000_000_4;
+    q * w
+}
+
+/// -log2(x / 2^scale) for x > 0, within 2e-7 of the result or 4e-7, whichever is more; exactly 0 at
+/// x = 2^scale. Zero gives a large number, anything else nonsense, but never a trap.
+///
+/// x = 2^e (1 + f) with 1 + f between sqrt(1/2) and sqrt(2), and the polynomial of degree 7 for
+/// log2(1 + f) that is least off, 3.3e-7 at most, among those that are not off on average over
+/// uniform x: a mean of exponentials is that of exact ones to 10^-8, and the density of a wait is so to
+/// 7e-6, root mean square, which 10^10 of them do not show.
+#[inline(always)]
+pub fn minus_log2(x: f32, scale: i32) -> f32 {
     const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
     let bits = x.to_bits();
     let exponent = (bits.wrapping_sub(SQRT_HALF_BITS) as i32) >> 23;
     let f = f32::from_bits(bits.wrapping_sub((exponent << 23) as u32)) - 1.0;
-    let mut q = -0.100_345_19_f32;
-    q = q * f + 0.163_356_27;
-    q = q * f - 0.173_260_18;
-    q = q * f + 0.198_882_79;
-    q = q * f - 0.249_614_63;
-    q = q * f + 0.333_352_6;
-    q = q * f - 0.500_005_84;
-    let ln_mantissa = q * (f * f) + f;
-    scale.wrapping_sub(exponent) as f32 * std::f32::consts::LN_2 - ln_mantissa
+    let mut q = 0.168_824_29_f32;
+    q = q * f - 0.271_666_74;
+    q = q * f + 0.297_542_57;
+    q = q * f - 0.359_130_4;
+    q = q * f + 0.480_445_27;
+    q = q * f - 0.721_368_8;
+    q = q * f + 1.442_700_5;
+    scale.wrapping_sub(exponent) as f32 - q * f
 }
 
 /// Beyond every number that [`standard_normal`] makes.
@@ -180,7 +213,7 @@ pub const NORMAL_BOUND: f32 = 6.5;
 #[inline(always)]
 pub fn standard_normal(bits: u32) -> f32 {
     let tail = ((bits & 0x7fff_ffff) as i32 as f32 + 0.5) * (1.0 / 2_147_483_648.0);
-    let w = minus_ln(tail * (2.0 - tail), 0);
+    let w = minus_log2(tail * (2.0 - tail), 0) * std::f32::consts::LN_2;
     let x = w - 2.5;
     let mut centre = 2.810_226_4e-8_f32;
     centre = centre * x + 3.432_739_4e-7;
@@ -227,24 +260,24 @@ fn to_signed_ticks(shift: f32) -> i32 {
     unsafe { rounded.to_int_unchecked::<i32>() }
 }
 
-/// 2^x for x <= 0, within a share of 3e-7; below 2^-100 it stays there.
+/// 2^x for x <= 0, within a share of 3e-7, and of 1 - 2^x; below 2^-100 it stays there.
 ///
-/// The whole part, cut towards zero, goes to the exponent; the rest, in -1..=0,
-/// through the minimax polynomial of degree 5, which is 6e-8 off at most.
+/// The nearest whole number goes to the exponent; the rest, in -1/2..=1/2, through the polynomial of degree 5
+/// that is 1 at 0 and least off as a share of the rest, 3e-7: so many short decays are as exact as a long one.
 #[inline(always)]
 pub fn exp2_of_negative(x: f32) -> f32 {
+    /// Added to a number of up to 22 bits it leaves its nearest whole number in the last ones.
+    const WHOLE: f32 = 12_582_912.0;
     let x = if x > -100.0 { x } else { -100.0 };
-    let x = if x < 0.0 { x } else { 0.0 };
-    // SAFETY: finite, and from -100 to 0, as the two lines before make sure.
-    let whole = unsafe { x.to_int_unchecked::<i32>() };
-    let f = x - whole as f32;
-    let mut q = 9.542_653e-4_f32;
-    q = q * f + 9.228_978e-3;
-    q = q * f + 5.531_724e-2;
-    q = q * f + 0.240_186_92;
-    q = q * f + 0.693_144_45;
-    let scale = f32::from_bits((whole.wrapping_add(127) << 23) as u32);
-    (q * f + 1.0) * scale
+    let shifted = x + WHOLE;
+    let f = x - (shifted - WHOLE);
+    let mut q = 1.340_043_6e-3_f32;
+    q = q * f + 9.666_373e-3;
+    q = q * f + 5.550_333e-2;
+    q = q * f + 0.240_223_48;
+    q = q * f + std::f32::consts::LN_2;
+    let mantissa = q * f + 1.0;
+    f32::from_bits(mantissa.to_bits().wrapping_add(shifted.to_bits() << 23))
 }
 
 #[cfg(test)]
@@ -253,16 +286,29 @@ mod tests {
 
     #[test]
     fn logarithm_agrees_with_the_library_over_all_exponentials() {
-        for i in 0..2_000_000_u32 {
+        for i in 1..2_000_000_u32 {
             let bits = i.wrapping_mul(2_654_435_761);
-            let expected = -((f64::from(bits >> 1) + 0.5) / 2_f64.powi(31)).ln();
-            let found = f64::from(exponential(bits));
-            let bound = 2e-7 * expected + 1.2e-7;
+            let expected = -((f64::from(bits >> 1) + 0.5) / 2_f64.powi(31)).log2();
+            let found = f64::from(half_lives(bits));
+            // Half of the last of 31 bits, and what rounding them to 24 takes.
+            let bound = 2e-7 * expected + 5e-7 + 0.72 / f64::from((bits >> 1).max(1));
             assert!((found - expected).abs() < bound, "{bits}: {found} {expected}");
         }
-        for bits in [0, 1, 2, 3, u32::MAX] {
-            let expected = -((f64::from(bits >> 1) + 0.5) / 2_f64.powi(31)).ln();
-            assert!((f64::from(exponential(bits)) - expected).abs() < 4e-6, "{bits}");
+        assert_eq!(half_lives(u32::MAX), 0.0);
+        assert!((half_lives(2) - 31.0).abs() < 1e-5);
+        assert!(half_lives(0) > 31.0 && half_lives(1) < 200.0);
+    }
+
+    #[test]
+    fn slight_exponentials_are_exact_as_far_as_they_matter() {
+        for i in 0..2_000_000_u32 {
+            let bits = i.wrapping_mul(2_654_435_761);
+            let expected = -(-f64::from(bits >> 1) / 2_f64.powi(31)).ln_1p();
+            let found = f64::from(slight_exponential(bits));
+            match expected <= SLIGHT {
+                true => assert!((found - expected).abs() <= 5e-7 * expected, "{bits}: {found}"),
+                false => assert!(found > SLIGHT, "{bits}: {found}"),
+            }
         }
     }
 
@@ -307,6 +353,8 @@ mod tests {
             let expected = f64::from(x).max(-100.0).exp2();
             let found = f64::from(exp2_of_negative(x));
             assert!((found / expected - 1.0).abs() < 3e-7, "{x}");
+            let decayed = -(f64::from(x) * std::f64::consts::LN_2).exp_m1();
+            assert!(x < -0.5 || (1.0 - found - decayed).abs() < 4e-7 * decayed + 1.2e-7, "{x}");
         }
         assert_eq!(exp2_of_negative(0.0), 1.0);
     }

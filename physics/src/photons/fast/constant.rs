@@ -1,27 +1,28 @@
 //! Background: off-light, background and dark counts, one Poisson process.
 
-use super::arithmetic::{LANES, LaneWords, exponential, to_ticks};
+use super::arithmetic::{Floats, LANES, half_lives};
 use super::streams::LaneStreams;
 
 /// The background of all lanes.
 #[derive(Debug, Clone)]
 pub struct ConstantLight {
     pub streams: LaneStreams,
-    mean_wait_ticks: f32,
+    half_life_ticks: f32,
 }
 
 impl ConstantLight {
     pub fn new(mean_wait_ticks: f64) -> ConstantLight {
-        ConstantLight { streams: LaneStreams::new(), mean_wait_ticks: mean_wait_ticks as f32 }
+        let half_life_ticks = (mean_wait_ticks * std::f64::consts::LN_2) as f32;
+        ConstantLight { streams: LaneStreams::new(), half_life_ticks }
     }
 
-    /// Shortens the waits to the next arrival.
+    /// Shortens the waits, in ticks, to the next arrival.
     #[inline(always)]
-    pub fn shorten(&mut self, waits: &mut LaneWords) {
+    pub fn shorten(&mut self, waits: &mut Floats) {
         let random = self.streams.next();
         for lane in 0..LANES {
-            let wait = exponential(random[lane]) * self.mean_wait_ticks;
-            waits[lane] = waits[lane].min(to_ticks(wait));
+            let wait = half_lives(random[lane]) * self.half_life_ticks;
+            waits[lane] = if wait < waits[lane] { wait } else { waits[lane] };
         }
     }
 }

@@ -263,7 +263,8 @@ fn member_tables(
     check_pending(model, members)?;
     let dead_times = members.iter().map(|member| round_ticks(member.dead_time_chips) as u32);
     let afterpulsing = || members.iter().map(|member| member.afterpulsing);
-    let time_constants = afterpulsing().map(|a| a.map_or(0.0, |a| ticks(a.time_constant_chips)));
+    let half_lives = afterpulsing()
+        .map(|a| a.map_or(0.0, |a| ticks(a.time_constant_chips) * std::f64::consts::LN_2));
     let left = members.iter().map(|member| {
         // With passive recharge they come within the dead time, and prolong it.
         let afterpulsing = member.afterpulsing.filter(|_| !member.is_paralyzable);
@@ -273,7 +274,7 @@ fn member_tables(
         means: PerMember::of_floats(
             afterpulsing().map(|a| a.map_or(0.0, |a| a.mean_per_avalanche)),
         ),
-        time_constants: PerMember::of_floats(time_constants),
+        half_lives: PerMember::of_floats(half_lives),
         left: PerMember::of_floats(left),
     });
     let of_cells = model.pixel.iter().filter_map(|pixel| pixel.crosstalk);

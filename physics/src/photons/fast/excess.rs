@@ -1,6 +1,6 @@
 //! The excess on-light of one path, by a change of time.
 
-use super::arithmetic::{LANES, LONGEST_WAIT, LaneWords, LookUp, exponential, to_ticks, wrap};
+use super::arithmetic::{LANES, LONGEST_WAIT, LaneWords, LookUp, half_lives, to_ticks, wrap};
 use super::places::{CHIP_BITS, CodePlaces, IN_CHIP, LONGEST_CHIPS, repeated};
 use super::profile::Profile;
 use super::streams::LaneStreams;
@@ -97,7 +97,8 @@ pub struct LaneExcessLight<'t> {
     pub streams: LaneStreams,
     /// Of the arriving code where the detectors get ready.
     pub places: CodePlaces,
-    mean_wait_ticks: f32,
+    /// Of the wait in on-time.
+    half_life_ticks: f32,
     /// What comes of candidates, and who decides; none without edges.
     pub edges: Option<(&'t Profile, LaneStreams)>,
 }
@@ -112,7 +113,7 @@ impl<'t> LaneExcessLight<'t> {
             on_time,
             streams: LaneStreams::new(),
             places: CodePlaces::new(on_time.period_chips),
-            mean_wait_ticks: mean_wait_ticks as f32,
+            half_life_ticks: (mean_wait_ticks * std::f64::consts::LN_2) as f32,
             edges: profile.map(|profile| (profile, LaneStreams::new())),
         }
     }
@@ -124,8 +125,7 @@ impl<'t> LaneExcessLight<'t> {
         let random = self.streams.next();
         let mut on_waits = LaneWords::all(0);
         for lane in 0..LANES {
-            let wait = exponential(random[lane]) * self.mean_wait_ticks;
-            on_waits[lane] = to_ticks(wait);
+            on_waits[lane] = to_ticks(half_lives(random[lane]) * self.half_life_ticks);
         }
         let (elapsed, ends, starts) = self.on_time.until(&self.places, &on_waits);
         match &mut self.edges {

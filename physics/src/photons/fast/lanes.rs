@@ -3,7 +3,7 @@
 use rand::RngExt;
 
 use super::afterpulses::Afterpulses;
-use super::arithmetic::{LANES, LONGEST_WAIT, LaneWords};
+use super::arithmetic::{Floats, LANES, LONGEST_WAIT, LaneWords, to_ticks};
 use super::constant::ConstantLight;
 use super::domain::Tables;
 use super::excess::LaneExcessLight;
@@ -49,10 +49,10 @@ impl<'t> Lanes<'t> {
                 .constant_wait_ticks
                 .is_finite()
                 .then(|| ConstantLight::new(tables.constant_wait_ticks)),
-            afterpulses: model
-                .afterpulsing
-                .filter(|_| tables.members.is_none())
-                .map(|a| Afterpulses::new(a.mean_per_avalanche, ticks(a.time_constant_chips))),
+            afterpulses: model.afterpulsing.filter(|_| tables.members.is_none()).map(|a| {
+                let time_constant_ticks = ticks(a.time_constant_chips);
+                Afterpulses::new(a.mean_per_avalanche, time_constant_ticks, tables.dead_time_ticks)
+            }),
             clock: LaneTimes::new(),
             elapsed: LaneWords::all(0),
             fired: LaneWords::all(0),
@@ -129,6 +129,14 @@ impl<'t> Lanes<'t> {
     /// for the same reason, and keeps every number small.
     #[inline(always)]
     pub fn iterate(&mut self) {
+        // Of what is not looked up by ticks only the first is rounded to them.
+        let mut others = Floats::all(LONGEST_WAIT as f32);
+        if let Some(constant) = &mut self.constant {
+            constant.shorten(&mut others);
+        }
+        if let Some(afterpulses) = &mut self.afterpulses {
+            afterpulses.shorten(&mut others);
+        }
         let mut waits = LaneWords::all(LONGEST_WAIT);
         let mut cuts = LaneWords::all(self.tables.longest_wait_ticks);
         if let Some(members) = &mut self.members {
@@ -141,14 +149,12 @@ impl<'t> Lanes<'t> {
                 members.aim(&table.target, &before, &waits);
             }
         }
-        if let Some(constant) = &mut self.constant {
-            let before = waits;
-            constant.shorten(&mut waits);
-            if let Some(members) = &mut self.members {
-                members.aim(&self.tables.constant_target, &before, &waits);
-            }
+        let before = waits;
+        for lane in 0..LANES {
+            waits[lane] = before[lane].min(to_ticks(others[lane]));
         }
         if let Some(members) = &mut self.members {
+            members.aim(&self.tables.constant_target, &before, &waits);
             (self.elapsed, self.fired) = members.arrive(&waits, &cuts);
             for path in &mut self.paths {
                 path.places.advance(&self.elapsed);
@@ -158,24 +164,23 @@ impl<'t> Lanes<'t> {
                 members.shrink();
             }
         } else {
-            self.fire(&mut waits, &cuts);
+            self.fire(&waits, &cuts);
         }
         self.clock.advance(&self.elapsed);
     }
 
     /// The detector fires at the end of a wait, and is blind from then on.
     #[inline(always)]
-    fn fire(&mut self, waits: &mut LaneWords, cuts: &LaneWords) {
+    fn fire(&mut self, waits: &LaneWords, cuts: &LaneWords) {
         let dead_time = self.tables.dead_time_ticks;
-        if let Some(afterpulses) = &mut self.afterpulses {
-            afterpulses.shorten(waits);
-        }
         let mut until_ready = LaneWords::all(0);
         for lane in 0..LANES {
             let wait = waits[lane].min(cuts[lane]);
-            self.elapsed[lane] = wait.wrapping_add(self.fired[lane].wrapping_mul(dead_time));
-            self.fired[lane] = u32::from(waits[lane] < cuts[lane]);
-            until_ready[lane] = wait.wrapping_add(self.fired[lane].wrapping_mul(dead_time));
+            let blind = if self.fired[lane] != 0 { dead_time } else { 0 };
+            self.elapsed[lane] = wait.wrapping_add(blind);
+            let fires = waits[lane] < cuts[lane];
+            self.fired[lane] = u32::from(fires);
+            until_ready[lane] = wait.wrapping_add(if fires { dead_time } else { 0 });
         }
         for path in &mut self.paths {
             path.places.advance(&until_ready);

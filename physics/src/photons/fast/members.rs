@@ -12,7 +12,9 @@
 //! member are one process, so those that are left as one of them fires go on with the new ones,
 //! less what decays in the dead time. There are as many places for what is pending as any lane has needed.
 
-use super::arithmetic::{Floats, LANES, LaneWords, LookUp, exponential, minus_ln, to_ticks, wrap};
+use super::arithmetic::{
+    Floats, LANES, LaneWords, LookUp, choose, exponential, minus_log2, to_ticks, wrap,
+};
 use super::streams::LaneStreams;
 use crate::photons::random::{RandomStream, StreamKey, scatter};
 
@@ -69,7 +71,7 @@ pub enum LitMembers {
 pub struct Traps {
     /// Expected number of an avalanche.
     pub means: PerMember,
-    pub time_constants: PerMember,
+    pub half_lives: PerMember,
     /// Share that does not decay in the dead time, and goes on with those of the next avalanche.
     pub left: PerMember,
 }
@@ -177,14 +179,9 @@ impl<'t> Members<'t> {
     /// Light of a target has shortened the waits.
     #[inline(always)]
     pub fn aim(&mut self, target: &LitMembers, before: &LaneWords, waits: &LaneWords) {
-        match target {
-            LitMembers::All => {}
-            LitMembers::One(member) => {
-                for lane in 0..LANES {
-                    let is_first = waits[lane] < before[lane];
-                    self.hit[lane] = if is_first { *member } else { self.hit[lane] };
-                }
-            }
+        let members = match target {
+            LitMembers::All => return,
+            LitMembers::One(member) => LaneWords::all(*member),
             LitMembers::Shares(thresholds) => {
                 let mut members = LaneWords::all(0);
                 for &threshold in thresholds {
@@ -193,11 +190,11 @@ impl<'t> Members<'t> {
                         members[lane] = members[lane].wrapping_add(is_later);
                     }
                 }
-                for lane in 0..LANES {
-                    let is_first = waits[lane] < before[lane];
-                    self.hit[lane] = if is_first { members[lane] } else { self.hit[lane] };
-                }
+                members
             }
+        };
+        for lane in 0..LANES {
+            self.hit[lane] = choose(waits[lane] < before[lane], members[lane], self.hit[lane]);
         }
     }
 
@@ -317,7 +314,7 @@ impl<'t> Members<'t> {
         let tables = self.tables;
         let Some(traps) = &tables.traps else { return };
         let means = traps.means.at(&self.hit);
-        let time_constants = traps.time_constants.at(&self.hit);
+        let half_lives = traps.half_lives.at(&self.hit);
         let kept = traps.left.at(&self.hit);
         let latest = if tables.is_paralyzable { LATEST } else { 0 };
         let random = self.trapped.next();
@@ -327,7 +324,7 @@ impl<'t> Members<'t> {
             let new = masses[lane] * f32::from_bits(kept[lane]) + f32::from_bits(means[lane]);
             let mass = if fired[lane] != 0 { new } else { masses[lane] };
             let passed = exponential(random[lane]);
-            let wait = minus_ln(1.0 - passed / mass, 0) * f32::from_bits(time_constants[lane]);
+            let wait = minus_log2(1.0 - passed / mass, 0) * f32::from_bits(half_lives[lane]);
             comes[lane] = if passed < mass { u32::MAX } else { 0 };
             left[lane] = (dead_times[lane] & fired[lane]).wrapping_add(to_ticks(wait));
             what[lane] = self.hit[lane] | (latest & fired[lane]);

@@ -6,7 +6,7 @@
 //! avalanches: they do not if these are farther apart than a pulse and all that jitter can move both. So what is
 //! in the list overlaps nothing that is not.
 
-use super::arithmetic::{LANES, LaneWords, jitter};
+use super::arithmetic::{LANES, LaneWords, choose, jitter};
 use super::domain::{Tables, jitter_reach_chips};
 use super::places::{CHIP_TICKS, round_ticks, ticks_of_chips};
 use super::record::{CELL_BITS, RegisteredTicks, insert, level};
@@ -124,11 +124,11 @@ impl<'t> Overlaps<'t> {
         let mut counted = LaneWords::all(0);
         for lane in 0..LANES {
             let has_fired = fired[lane] != 0;
-            self.ages[lane] = if has_fired { 0 } else { self.ages[lane] };
-            self.listed[lane] = if has_fired { near[lane] } else { self.listed[lane] };
-            self.cells[lane] = if has_fired { cells[lane] } else { self.cells[lane] };
-            self.randoms[lane] = if has_fired { sign.randoms[lane] } else { self.randoms[lane] };
-            self.levels[lane] = if has_fired { sign.levels[lane] } else { self.levels[lane] };
+            self.ages[lane] = choose(has_fired, 0, self.ages[lane]);
+            self.listed[lane] = choose(has_fired, near[lane], self.listed[lane]);
+            self.cells[lane] = choose(has_fired, cells[lane], self.cells[lane]);
+            self.randoms[lane] = choose(has_fired, sign.randoms[lane], self.randoms[lane]);
+            self.levels[lane] = choose(has_fired, sign.levels[lane], self.levels[lane]);
             counted[lane] = fired[lane] & !near[lane] & self.alone;
         }
         counted

@@ -120,11 +120,13 @@ impl CodePlaces {
     /// Goes on, by less than [`LONGEST_CHIPS`].
     #[inline(always)]
     pub fn advance(&mut self, elapsed: &LaneWords) {
+        // Read anew in each lane, after what is stored there, it would keep the compiler from vectors.
+        let period_chips = self.period_chips;
         for lane in 0..LANES {
             let end = self.fractions[lane].wrapping_add(elapsed[lane]);
             self.fractions[lane] = end & IN_CHIP;
             let chip = self.chips[lane].wrapping_add(end >> CHIP_BITS);
-            self.chips[lane] = wrap(chip, self.period_chips);
+            self.chips[lane] = wrap(chip, period_chips);
         }
     }
 

@@ -215,8 +215,6 @@ impl<'t> GroupRunner<'t> {
 
     #[inline(always)]
     fn keep_row(&mut self) {
-        let row = &mut self.rows[self.row % ROWS];
-        self.row += 1;
         let clock = &self.lanes.clock;
         let mut shifts = LaneWords::all(0);
         if let Some((streams, sigma)) = &mut self.jitter {
@@ -225,6 +223,8 @@ impl<'t> GroupRunner<'t> {
                 shifts[lane] = jitter(random[lane], *sigma) as u32;
             }
         }
+        // Of its own until it is full: of a place in a list the compiler makes no vectors.
+        let mut row = Detections { chips: LaneWords::all(0), fractions: LaneWords::all(0) };
         for lane in 0..LANES {
             let ticks = clock.fractions[lane].wrapping_add(shifts[lane]);
             let none = self.lanes.fired[lane].wrapping_sub(1) & NONE;
@@ -236,6 +236,8 @@ impl<'t> GroupRunner<'t> {
                 row.fractions[lane] |= members.hit[lane] << CELL_SHIFT;
             }
         }
+        self.rows[self.row % ROWS] = row;
+        self.row += 1;
     }
 
     #[inline(never)]

@@ -227,7 +227,9 @@ impl<'t, 'o> StepRunner<'t, 'o> {
     /// to `reach` behind them back. In that zone each is asked on which side it
     /// is registered.
     fn cross_border(&mut self, lane: usize) {
-        self.list_last(lane);
+        if self.overlaps.is_some() {
+            self.list_last(lane);
+        }
         let (before, detection) = self.take_counts(lane);
         if self.steps[lane].stage == Stage::Counting {
             self.steps[lane].count.add(before);

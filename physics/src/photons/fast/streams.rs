@@ -4,7 +4,7 @@ use rand_xoshiro::{SplitMix64, rand_core::Rng, rand_core::SeedableRng};
 
 use super::arithmetic::{LANES, LaneWords};
 
-/// Thirty-two xoshiro128+ generators side by side (Blackman and Vigna, "Scrambled
+/// One xoshiro128+ generator for each lane (Blackman and Vigna, "Scrambled
 /// linear pseudorandom number generators", 2021), the one its authors recommend
 /// for floating point: only the lowest bits are weak, and these decide nothing.
 ///
