@@ -83,7 +83,8 @@ pub(super) enum Hits {
         step: u64,
         up: bool,
     },
-    /// Where all steps of the group have that sign.
+    /// Where all steps of the group have that sign; if they never have, as many as make each of their counts have it, or
+    /// nearly.
     AllSteps {
         up: bool,
     },

@@ -72,6 +72,8 @@ pub(super) fn points(
         points.extend(absent.map(|step| SaturationPoint::Absent { step, up }));
     }
     let signs = Signs::of(interface, detector);
+    let counted = if sides.is_empty() { 0..0 } else { steps(interface) };
+    let most: Vec<_> = counted.map(|step| signs.most_hits(interface, step)).collect();
     let limit = 1u64 << (correlator.count_bits - 1);
     let hindrance = |point| {
         let (step, up, needed) = match point {
@@ -81,8 +83,7 @@ pub(super) fn points(
             }
             SaturationPoint::Absent { .. } | SaturationPoint::OfTotal { .. } => return None,
         };
-        let most = signs.most_hits(interface, step)[usize::from(up)];
-        (most < needed).then_some(FEW_CHIPS)
+        (most[step][usize::from(up)] < needed).then_some(FEW_CHIPS)
     };
     points.into_iter().map(|point| (point, hindrance(point))).collect()
 }
