@@ -80,12 +80,14 @@ fn every_tier_of_a_histogram_is_compared() {
         let is_there = tiers.iter().any(|tier| tier["fidelity"] == name);
         assert!(is_there, "{name}: {report:#}");
     }
-    for tier in tiers {
-        let [low, high] = [0, 1].map(|i| tier["std_relative_error_ci95"][i].as_f64().unwrap());
-        // As much again as intervals of 95 %: of some twenty of them one or another is outside. What is expected
-        // of light as dim is 15 % off at most.
-        let scans = tier["repetitions"].as_f64();
-        let more = scans.map_or(0.15, |scans| 1.5 / scans.sqrt());
-        assert!(low - more < 0.0 && high + more > 0.0, "{tier}");
-    }
+    let outside: Vec<_> = tiers
+        .iter()
+        .filter(|tier| {
+            let [low, high] = [0, 1].map(|i| tier["std_relative_error_ci95"][i].as_f64().unwrap());
+            low - 0.15 >= 0.0 || high + 0.15 <= 0.0
+        })
+        .collect();
+    // Of a dozen intervals of 95 % of few scans, some of the same scans in two tiers, one or another is outside.
+    let is_of_few = |tier: &&Value| tier["repetitions"].as_u64().is_some_and(|scans| scans < 100);
+    assert!(outside.len() <= 2 && outside.iter().all(is_of_few), "{outside:#?}");
 }
