@@ -13,10 +13,10 @@ use crate::photons::random::StreamKey;
 use crate::photons::time::ChipTime;
 
 /// A delay changes by no more than this share of the time.
-pub const MOST_RATE: f64 = 1.0 / 1024.0;
-/// So many chips the code may go on more than the clock, or less, within a wait and a dead time: seven times what
-/// that makes, for clocks that drift for a day.
-pub const SLACK_CHIPS: u32 = 7 * LONGEST_CHIPS / 1024 + 2;
+pub const MOST_RATE: f64 = 1.0 / 256.0;
+/// So many chips the code may go on more than the clock, or less, within a wait and a dead time: four times what
+/// that makes, for clocks that drift for longer than [`PathMovement::steepest`] looks ahead.
+pub const SLACK_CHIPS: u32 = LONGEST_CHIPS / 64 + 2;
 /// A straight piece is a curve's chord, which is off by no more: a quarter of a tick.
 pub const BEND_CHIPS: f64 = 0.25 / CHIP_TICKS as f64;
 /// The most chips of a lane's clock, and less.
@@ -185,8 +185,8 @@ mod tests {
         let shaky = |velocity_m_per_s| Movement { velocity_m_per_s, fluctuation };
         let clock = |offset, drift_per_s| SourceClock { offset, drift_per_s };
         for (movement, clock) in [
-            (straight(1.4e5), clock(0.0, 0.0)),
-            (straight(-1.4e5), clock(0.0, 0.0)),
+            (straight(2.9e5), clock(0.0, 0.0)),
+            (straight(-2.9e5), clock(0.0, 0.0)),
             (shaky(0.0), clock(0.0, 0.0)),
             (straight(0.0), clock(-9e-4, 0.0)),
             (straight(0.0), clock(2e-4, 7e-8)),
