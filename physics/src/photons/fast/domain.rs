@@ -35,7 +35,8 @@ pub enum OutsideDomain {
     },
     /// Waits would leave their table.
     #[error(
-        "the delay of path {path} of the scene changes by {rate:.1e} of the time; the lanes take up to {most:.1e}"
+        "the delay of path {path} of the scene changes by up to {rate:.1e} of the time in 2^40 chips; \
+         the lanes take {most:.1e}"
     )]
     MovesTooQuickly {
         /// Its index.
