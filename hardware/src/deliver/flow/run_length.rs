@@ -25,6 +25,11 @@ pub struct RunLengthWords {
 const LINE_CHARACTERS: usize = 90;
 
 impl Runs {
+    /// None so far, with memory for so many, whose values have so many words.
+    pub fn with_room(runs: usize, words: usize) -> Runs {
+        Runs { clocks: Vec::with_capacity(runs), values: Vec::with_capacity(runs * words) }
+    }
+
     /// Adds a value for some clocks, least significant word first.
     pub fn push(&mut self, value: &[u64], clocks: u64) {
         match self.clocks.last_mut() {

@@ -90,10 +90,12 @@ impl RecordPart {
 impl PortGroup {
     /// Of ports that lie in records of so many words.
     fn new(fields: &[Field], words: usize) -> PortGroup {
+        let group = PortGroup::plain(fields.iter().map(|field| VectorColumn::of(&field.port)));
         PortGroup {
+            runs: Runs::with_room(MOST_CLOCKS as usize + 1, group.packed.len()),
             parts: RecordPart::of(fields),
             last: vec![0; words],
-            ..PortGroup::plain(fields.iter().map(|field| VectorColumn::of(&field.port)))
+            ..group
         }
     }
 
