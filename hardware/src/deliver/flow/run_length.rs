@@ -35,11 +35,14 @@ impl Runs {
         match self.clocks.last_mut() {
             Some(before) if self.values.ends_with(value) => *before += clocks,
             _ if clocks == 0 => {}
-            _ => {
-                self.clocks.push(clocks);
-                self.values.extend_from_slice(value);
-            }
+            _ => self.begin(value, clocks),
         }
+    }
+
+    /// The same of a value that is known to be another than the one before it.
+    pub fn begin(&mut self, value: &[u64], clocks: u64) {
+        self.clocks.push(clocks);
+        self.values.extend_from_slice(value);
     }
 
     /// Adds the last value for one more clock, if there is one.

@@ -59,28 +59,31 @@ pub struct PortGroup {
     packed: Vec<u64>,
 }
 
-/// A part of a port that lies in one word of a record.
+/// Bits of ports in one word of a record, which lie as far from each other as in the packed value.
 #[derive(Debug, Clone)]
 struct RecordPart {
     word: usize,
-    shift: u32,
-    /// Its bits in the word.
     bits: u64,
-    /// Its lowest bit in the packed value.
+    /// Where bit 0 of the first port is in the word, and in the packed value.
+    shift: u32,
     to: u32,
 }
 
 impl RecordPart {
-    /// Those of some ports.
+    /// Those of some ports. One that has more than one word begins with a word.
     fn of(fields: &[Field]) -> Vec<RecordPart> {
-        let mut parts = Vec::new();
+        let mut parts: Vec<RecordPart> = Vec::new();
         let mut to = 0;
         for field in fields {
-            let words = (to..).step_by(64).zip(field.words());
-            parts.extend(words.map(|(to, (word, bits))| {
-                // A port that has more than one word begins with a word.
-                RecordPart { word, shift: field.shift, bits, to }
-            }));
+            for (to, (word, bits)) in (to..).step_by(64).zip(field.words()) {
+                let shift = field.shift;
+                match parts.last_mut() {
+                    Some(part) if part.word == word && shift - part.shift == to - part.to => {
+                        part.bits |= bits;
+                    }
+                    _ => parts.push(RecordPart { word, bits, shift, to }),
+                }
+            }
             to += field.port.width;
         }
         parts
@@ -143,10 +146,10 @@ impl PortGroup {
         }
         self.last.copy_from_slice(record);
         self.packed.fill(0);
-        for RecordPart { word, shift, bits, to } in &self.parts {
+        for RecordPart { word, bits, shift, to } in &self.parts {
             put(&mut self.packed, *to, (record[*word] & bits) >> shift);
         }
-        self.runs.push(&self.packed, 1);
+        self.runs.begin(&self.packed, 1);
     }
 }
 
