@@ -111,7 +111,7 @@ pub struct BlockMaker<'a> {
 }
 
 impl<'a> BlockMaker<'a> {
-    /// Makes blocks for a run of `clocks` clocks.
+    /// Makes blocks for a run of `clocks` clocks, or of fewer if the stimulus ends it.
     pub fn new(
         reference: &'a mut ReferenceModel,
         stimulus: &'a mut dyn Stimulus,
@@ -145,12 +145,22 @@ impl<'a> BlockMaker<'a> {
         self.reference.take_finished()
     }
 
+    /// Clocks of the blocks made so far.
+    pub fn clocks_made(&self) -> u64 {
+        self.next
+    }
+
     /// Makes the next block; false when there is none.
     pub fn make(&mut self, block: &mut Block) -> bool {
         if self.next >= self.clocks {
             return false;
         }
-        let clocks = self.next..(self.next + BLOCK_CLOCKS).min(self.clocks);
+        self.drive.start(self.next..(self.next + BLOCK_CLOCKS).min(self.clocks));
+        self.stimulus.drive(&mut self.drive);
+        let clocks = self.drive.surroundings.clocks.clone();
+        if clocks.is_empty() {
+            return false;
+        }
         self.next = clocks.end;
         let count = (clocks.end - clocks.start) as usize;
         let records = &mut block.records;
@@ -158,8 +168,6 @@ impl<'a> BlockMaker<'a> {
         records.inputs.resize(count * self.layout.inputs.words, 0);
         records.expected.resize(count * self.layout.outputs.words, 0);
         records.got.values.resize(count * self.layout.outputs.words, 0);
-        self.drive.start(clocks.clone());
-        self.stimulus.drive(&mut self.drive);
         self.paint_inputs(&mut records.inputs);
         self.reference.predict(&self.drive.surroundings, &self.hits, &mut records.expected);
         block.clocks = clocks;
@@ -246,12 +254,20 @@ pub fn results(
     let mut hits: Vec<Vec<Sample>> = vec![Vec::new(); detectors];
     let mut next = 0;
     while next < clocks {
-        let block = next..(next + BLOCK_CLOCKS).min(clocks);
-        next = block.end;
-        drive.start(block.clone());
+        drive.start(next..(next + BLOCK_CLOCKS).min(clocks));
         stimulus.drive(&mut drive);
         let Drive { pulses, surroundings } = &mut drive;
-        levels.paint(block, pulses, |_, _, _| (), &mut hits, &mut surroundings.cells);
+        if surroundings.clocks.is_empty() {
+            return;
+        }
+        next = surroundings.clocks.end;
+        levels.paint(
+            surroundings.clocks.clone(),
+            pulses,
+            |_, _, _| (),
+            &mut hits,
+            &mut surroundings.cells,
+        );
         reference.predict_results(&drive.surroundings, &hits);
         reference.take_finished().for_each(&mut *on_result);
     }

@@ -39,7 +39,8 @@ impl Drive {
 
 /// A source of inputs, asked for blocks that follow one another.
 pub trait Stimulus {
-    /// Fills in the inputs of the block that `drive` was started with.
+    /// Fills in the inputs of the block that `drive` was started with; ends the block earlier where the
+    /// run is over.
     fn drive(&mut self, drive: &mut Drive);
 }
 

@@ -203,40 +203,54 @@ impl ResponseTables {
         self.of_all.get_or_init(|| self.correlated())
     }
 
+    /// Periodic correlations with the code, of which a transform of a length without small factors would make
+    /// several of a power of two: with zeros behind both, what wraps round stands apart from what does not.
     fn correlated(&self) -> Vec<f64> {
         let length = self.reference.length;
-        let [forward, inverse] = goldtof_fft::pair(length);
-        let mut code: Vec<Complex64> = (0..length)
-            .map(|i| Complex64::new(self.reference.signs[i], self.reference.falls[i]))
-            .collect();
-        forward.process(&mut code);
-        let code: Vec<[Complex64; 2]> = (0..length).map(|f| parts(&code, f)).collect();
+        let padded = match length.is_power_of_two() {
+            true => length,
+            false => (2 * length).next_power_of_two(),
+        };
+        let [forward, inverse] = goldtof_fft::pair(padded);
+        let scratch = forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len());
+        let mut scratch = vec![Complex64::ZERO; scratch];
+        let mut values = vec![Complex64::ZERO; padded];
+        for (i, value) in values[..length].iter_mut().enumerate() {
+            *value = Complex64::new(self.reference.signs[i], self.reference.falls[i]);
+        }
+        forward.process_with_scratch(&mut values, &mut scratch);
+        let code: Vec<[Complex64; 2]> = (0..padded).map(|f| parts(&values, f)).collect();
 
         let mut counts = vec![0.0; length * self.phases.len()];
-        let mut values = vec![Complex64::ZERO; length];
-        let mut product = vec![Complex64::ZERO; length];
-        let mut scratch =
-            vec![
-                Complex64::ZERO;
-                forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len())
-            ];
-        for (phase, tables) in self.phases.iter().enumerate() {
-            values.fill(Complex64::ZERO);
-            for (i, hits) in tables.hits[..self.period_chips].iter().enumerate() {
-                values[i % length].re += hits;
-            }
-            for (i, falling) in tables.falling.iter().take(self.period_chips).enumerate() {
-                values[i % length].im += falling;
-            }
-            forward.process_with_scratch(&mut values, &mut scratch);
-            for (f, product) in product.iter_mut().enumerate() {
-                let [hits, falling] = parts(&values, f);
-                let [signs, falls] = code[f];
-                *product = signs.conj() * hits + falls.conj() * falling;
+        let mut product = vec![Complex64::ZERO; padded];
+        for (pair, both) in self.phases.chunks(2).enumerate() {
+            // The counts of two phases, one real, one imaginary.
+            product.fill(Complex64::ZERO);
+            for (tables, unit) in both.iter().zip([Complex64::ONE, Complex64::I]) {
+                values.fill(Complex64::ZERO);
+                for (i, hits) in tables.hits[..self.period_chips].iter().enumerate() {
+                    values[i % length].re += hits;
+                }
+                for (i, falling) in tables.falling.iter().take(self.period_chips).enumerate() {
+                    values[i % length].im += falling;
+                }
+                forward.process_with_scratch(&mut values, &mut scratch);
+                for (f, product) in product.iter_mut().enumerate() {
+                    let [hits, falling] = parts(&values, f);
+                    let [signs, falls] = code[f];
+                    *product += unit * (signs.conj() * hits + falls.conj() * falling);
+                }
             }
             inverse.process_with_scratch(&mut product, &mut scratch);
-            for (delay, value) in product.iter().enumerate() {
-                counts[delay * self.phases.len() + phase] = value.re / length as f64;
+            for delay in 0..length {
+                let mut value = product[delay];
+                if padded > length {
+                    value += product[padded - length + delay];
+                }
+                let counts = &mut counts[delay * self.phases.len() + 2 * pair..];
+                for (count, value) in counts.iter_mut().zip([value.re, value.im]).take(both.len()) {
+                    *count = value / padded as f64;
+                }
             }
         }
         counts
@@ -383,12 +397,24 @@ fn parts(spectrum: &[Complex64], f: usize) -> [Complex64; 2] {
 
 /// Scalar product, with the widest vectors that the processor has: no operation
 /// differs.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has the instructions, as just made sure.
-        return unsafe { dot_avx2(a, b) };
+    {
+        if is_x86_feature_detected!("avx512f") {
+            // SAFETY: the processor has the instructions, as just made sure.
+            return unsafe { dot_avx512(a, b) };
+        }
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: as above.
+            return unsafe { dot_avx2(a, b) };
+        }
     }
+    dot_in_sums(a, b)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+fn dot_avx512(a: &[f64], b: &[f64]) -> f64 {
     dot_in_sums(a, b)
 }
 

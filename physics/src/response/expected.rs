@@ -291,3 +291,43 @@ impl<'m> MeanResponse<'m> {
         ((chips / period) as f64, first as usize, (chips % period) as usize)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::{DetectorIndex, load_with};
+    use crate::sensor::Sensor;
+
+    /// Counts of all steps at once, by transforms, are the sums of each: of codes whose length is a power of two, a prime, and
+    /// a product, with an odd number of phases, and of edges that are late alike and not.
+    #[test]
+    fn counts_of_all_steps_are_those_of_each() {
+        for settings in [
+            &["source.code={ family = \"square\", interleave = 6 }"][..],
+            &["source.code={ family = \"m-sequence\", degree = 7 }"],
+            &[
+                "source.code={ family = \"gold\", degree = 9, index = 2 }",
+                "clock.samples_per_chip=1",
+                "detector.counter={ rising_delay = \"350 ps\", falling_delay = \"350 ps\", transition = \"0 ps\" }",
+            ],
+        ] {
+            let parsed = settings.iter().map(|setting| setting.parse().expect("a setting"));
+            let parsed: Vec<_> = parsed.collect();
+            let scene = load_with(Path::new("../scenes/quick.toml"), &parsed).expect("sound");
+            let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+            for tier in [CountingTier::Sampled, CountingTier::Events] {
+                let response = MeanResponse::of_tier(&model, tier).expect("solved");
+                let all = response.mean_counts();
+                assert!(all.len() as u64 >= STEPS_FOR_FFT, "{settings:?}");
+                for (step, at_once) in Step::all(all.len() as u64).zip(&all) {
+                    let alone = response.mean_count(step);
+                    assert_eq!(alone.total, at_once.total, "{settings:?}, step {step:?}");
+                    let off = (alone.signed - at_once.signed).abs();
+                    assert!(off < 1e-11 * alone.total, "{settings:?}, step {step:?}: {off:e}");
+                }
+            }
+        }
+    }
+}

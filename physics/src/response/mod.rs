@@ -71,7 +71,7 @@ mod steady;
 mod tier;
 mod variance;
 
-pub use correlator::MeanCount;
+pub use correlator::{MeanCount, dot};
 pub use counts::CountSampler;
 pub use domain::MeanResponseError;
 pub use effort::Effort;

@@ -42,6 +42,17 @@ impl<'m> Hypothesis<'m> {
         near: Option<&Hypothesis>,
     ) -> Result<Hypothesis<'m>, FitError> {
         let response = Arc::new(problem.response(&parameters)?);
+        Hypothesis::with_response(problem, parameters, response, reading, near)
+    }
+
+    /// The same where the response to the light is known.
+    fn with_response(
+        problem: &Problem<'m>,
+        parameters: FitParameters,
+        response: Arc<MeanResponse<'m>>,
+        reading: ResponseReading,
+        near: Option<&Hypothesis>,
+    ) -> Result<Hypothesis<'m>, FitError> {
         let mut expected = problem.means_read(&parameters, &response, reading)?;
         let beyond_average = match (near, reading) {
             (Some(near), _) => Arc::clone(&near.beyond_average),
@@ -268,7 +279,10 @@ impl<'m> Descent<'_, 'm> {
 
     /// The same light, with nothing taken from light nearby.
     fn refreshed(&self, here: Hypothesis<'m>) -> Result<Hypothesis<'m>, FitError> {
-        Ok(Hypothesis { iterations: here.iterations, ..self.hypothesis(here.parameters, None)? })
+        let Hypothesis { parameters, response, iterations, .. } = here;
+        let (problem, reading) = (self.problem, self.reading);
+        let here = Hypothesis::with_response(problem, parameters, response, reading, None)?;
+        Ok(Hypothesis { iterations, ..here })
     }
 
     /// Descends with rough derivatives. `templates` are those of the codes.

@@ -2,6 +2,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+use crate::response::dot;
+
 /// What is added to the information of each unknown, as a share of it, where some cannot be
 /// told apart: far less than what tells those that can.
 const DAMPING: f64 = 1e-8;
@@ -31,7 +33,6 @@ impl Normal {
 
     /// The same with so much added to the information of each unknown, as a share of it.
     fn of_damped(columns: &[Vec<f64>], residuals: &[f64], damping: f64) -> Option<Normal> {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         let scales: Vec<f64> = columns.iter().map(|c| 1.0 / dot(c, c).sqrt()).collect();
         let information =
             |i: usize, j: usize| dot(&columns[i], &columns[j]) * scales[i] * scales[j];

@@ -112,12 +112,12 @@ pub fn settle<C: Counts>(
 ) -> Result<Settled<C::Point>, C::Error> {
     let enough = settling.sigmas * settling.sigmas;
     let mut here = start;
+    let mut misfit = counts.misfit(&here)?;
     let mut anew = false;
     let mut steps = 0;
     loop {
         let slopes = counts.slopes(&here, anew)?;
         let residuals = counts.residuals(&here)?;
-        let misfit = counts.misfit(&here)?;
         let normal = counts.normal(&slopes.columns, &residuals);
         let normal = normal.ok_or_else(|| counts.undetermined(&here))?;
         let step = counts.step(&here, &normal);
@@ -137,6 +137,7 @@ pub fn settle<C: Counts>(
                 let place = here;
                 return Ok(Settled { place, step, normal, misfit, steps, has_settled: true });
             }
+            misfit = counts.misfit(&here)?;
             anew = false;
             continue;
         };
@@ -149,6 +150,7 @@ pub fn settle<C: Counts>(
             let (place, step, misfit) = (here, vec![0.0; step.len()], lower);
             return Ok(Settled { place, step, normal, misfit, steps, has_settled });
         }
+        misfit = if is_weighed_anew { counts.misfit(&here)? } else { lower };
     }
 }
 

@@ -209,13 +209,15 @@ impl Weights {
 
     /// Numbers of unit covariance that counts stand for.
     pub fn whitened(&self, column: &DerivativeColumn) -> Vec<f64> {
-        let mut whitened = Vec::with_capacity(self.values());
-        for (count, &[a, b, c]) in column.iter().zip(&self.factors) {
-            whitened.push(a * count.signed);
-            if self.numbers_of_step == 2 {
-                whitened.push(b * count.signed + c * count.total);
-            }
-        }
+        let alone = column.iter().zip(&self.factors);
+        let mut whitened: Vec<f64> = if self.numbers_of_step == 2 {
+            let both = |(count, [a, b, c]): (&MeanCount, &[f64; 3])| {
+                [a * count.signed, b * count.signed + c * count.total]
+            };
+            alone.map(both).collect::<Vec<_>>().into_flattened()
+        } else {
+            alone.map(|(count, [a, ..])| a * count.signed).collect()
+        };
         whitened.extend(self.together.iter().flat_map(|together| together.whitened(column)));
         whitened
     }

@@ -25,15 +25,29 @@ pub struct RunLengthWords {
 const LINE_CHARACTERS: usize = 90;
 
 impl Runs {
-    /// Adds one clock's value, least significant word first.
-    pub fn push(&mut self, value: &[u64]) {
+    /// None so far, with memory for so many, whose values have so many words.
+    pub fn with_room(runs: usize, words: usize) -> Runs {
+        Runs { clocks: Vec::with_capacity(runs), values: Vec::with_capacity(runs * words) }
+    }
+
+    /// Adds a value for some clocks, least significant word first.
+    pub fn push(&mut self, value: &[u64], clocks: u64) {
         match self.clocks.last_mut() {
-            Some(clocks) if self.values.ends_with(value) => *clocks += 1,
-            _ => {
-                self.clocks.push(1);
-                self.values.extend_from_slice(value);
-            }
+            Some(before) if self.values.ends_with(value) => *before += clocks,
+            _ if clocks == 0 => {}
+            _ => self.begin(value, clocks),
         }
+    }
+
+    /// The same of a value that is known to be another than the one before it.
+    pub fn begin(&mut self, value: &[u64], clocks: u64) {
+        self.clocks.push(clocks);
+        self.values.extend_from_slice(value);
+    }
+
+    /// Adds the last value for one more clock, if there is one.
+    pub fn prolong(&mut self) -> bool {
+        self.clocks.last_mut().map(|clocks| *clocks += 1).is_some()
     }
 
     /// Encodes values of `bits` bits, with `repeats` as wide as makes the text
@@ -84,11 +98,11 @@ impl Runs {
 
 /// The lowest `digits` hexadecimal digits of a number, the first word lowest.
 fn put_hexadecimal(text: &mut String, words: &[u64], digits: u32) {
-    text.extend((0..digits).rev().map(|digit| {
+    for digit in (0..digits).rev() {
         let word = words.get(digit as usize / 16).copied().unwrap_or(0);
-        let nibble = (word >> (4 * (digit % 16)) & 15) as u32;
-        char::from_digit(nibble, 16).unwrap_or('0')
-    }));
+        let nibble = word >> (4 * (digit % 16)) & 15;
+        text.push(char::from(b"0123456789abcdef"[nibble as usize]));
+    }
 }
 
 #[cfg(test)]
@@ -98,7 +112,7 @@ mod tests {
     fn runs(values: &[(u64, u64)]) -> Runs {
         let mut runs = Runs::default();
         for &(clocks, value) in values {
-            (0..clocks).for_each(|_| runs.push(&[value]));
+            runs.push(&[value], clocks);
         }
         runs
     }
@@ -119,7 +133,7 @@ mod tests {
     #[test]
     fn values_wider_than_a_word_keep_their_order() {
         let mut runs = Runs::default();
-        runs.push(&[0x0123_4567_89ab_cdef, 0x5]);
+        runs.push(&[0x0123_4567_89ab_cdef, 0x5], 1);
         let words = runs.encode(68);
         assert_eq!(words.text, "50123456789abcdef0\n");
     }

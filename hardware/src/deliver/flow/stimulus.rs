@@ -51,29 +51,66 @@ pub struct PortGroup {
     pub ports: Vec<VectorColumn>,
     /// Their values, clock by clock.
     pub runs: Runs,
-    /// Where they lie in a record, in the same order.
-    fields: Vec<Field>,
+    /// Where their bits lie in a record, in the same order.
+    parts: Vec<RecordPart>,
+    /// The record whose values were added last; 0 before any was.
+    last: Vec<u64>,
     /// The value being put together.
     packed: Vec<u64>,
 }
 
+/// Bits of ports in one word of a record, which lie as far from each other as in the packed value.
+#[derive(Debug, Clone)]
+struct RecordPart {
+    word: usize,
+    bits: u64,
+    /// Where bit 0 of the first port is in the word, and in the packed value.
+    shift: u32,
+    to: u32,
+}
+
+impl RecordPart {
+    /// Those of some ports. One that has more than one word begins with a word.
+    fn of(fields: &[Field]) -> Vec<RecordPart> {
+        let mut parts: Vec<RecordPart> = Vec::new();
+        let mut to = 0;
+        for field in fields {
+            for (to, (word, bits)) in (to..).step_by(64).zip(field.words()) {
+                let shift = field.shift;
+                match parts.last_mut() {
+                    Some(part) if part.word == word && shift - part.shift == to - part.to => {
+                        part.bits |= bits;
+                    }
+                    _ => parts.push(RecordPart { word, bits, shift, to }),
+                }
+            }
+            to += field.port.width;
+        }
+        parts
+    }
+}
+
 impl PortGroup {
-    fn new(fields: Vec<Field>) -> PortGroup {
-        let ports: Vec<VectorColumn> =
-            fields.iter().map(|field| VectorColumn::of(&field.port)).collect();
-        let bits: u32 = ports.iter().map(|port| port.width).sum();
+    /// Of ports that lie in records of so many words.
+    fn new(fields: &[Field], words: usize) -> PortGroup {
+        let group = PortGroup::plain(fields.iter().map(|field| VectorColumn::of(&field.port)));
         PortGroup {
-            ports,
-            runs: Runs::default(),
-            fields,
-            packed: vec![0; bits.div_ceil(64) as usize],
+            runs: Runs::with_room(MOST_CLOCKS as usize + 1, group.packed.len()),
+            parts: RecordPart::of(fields),
+            last: vec![0; words],
+            ..group
         }
     }
 
     /// Values that stand in no record.
     fn plain(ports: impl Iterator<Item = VectorColumn>) -> PortGroup {
-        let mut group = PortGroup::new(Vec::new());
-        group.ports = ports.collect();
+        let mut group = PortGroup {
+            ports: ports.collect(),
+            runs: Runs::default(),
+            parts: Vec::new(),
+            last: Vec::new(),
+            packed: Vec::new(),
+        };
         group.packed = vec![0; group.bits().div_ceil(64) as usize];
         group
     }
@@ -83,14 +120,10 @@ impl PortGroup {
         self.ports.iter().map(|port| port.width).sum()
     }
 
-    fn push_zero(&mut self) {
-        self.push_zeros(1);
-    }
-
     /// For so many clocks.
     fn push_zeros(&mut self, clocks: u64) {
         self.packed.fill(0);
-        (0..clocks).for_each(|_| self.runs.push(&self.packed));
+        self.runs.push(&self.packed, clocks);
     }
 
     /// One value for each port, of at most 64 bits.
@@ -98,35 +131,34 @@ impl PortGroup {
         self.packed.fill(0);
         let mut at = 0;
         for (port, value) in self.ports.iter().zip(values) {
-            put(&mut self.packed, at, &[*value]);
+            put(&mut self.packed, at, *value);
             at += port.width;
         }
-        self.runs.push(&self.packed);
+        self.runs.push(&self.packed, 1);
     }
 
-    fn push(&mut self, words: &[u64]) {
-        self.packed.fill(0);
-        let mut at = 0;
-        for field in &self.fields {
-            if field.port.width <= 64 {
-                put(&mut self.packed, at, &[field.low_word(words)]);
-            } else {
-                put(&mut self.packed, at, &field.read(words));
-            }
-            at += field.port.width;
+    /// The values of a record.
+    fn push(&mut self, record: &[u64]) {
+        let differs =
+            |part: &RecordPart| (record[part.word] ^ self.last[part.word]) & part.bits != 0;
+        if !self.parts.iter().any(differs) && self.runs.prolong() {
+            return;
         }
-        self.runs.push(&self.packed);
+        self.last.copy_from_slice(record);
+        self.packed.fill(0);
+        for RecordPart { word, bits, shift, to } in &self.parts {
+            put(&mut self.packed, *to, (record[*word] & bits) >> shift);
+        }
+        self.runs.begin(&self.packed, 1);
     }
 }
 
-/// ORs `value`, whose bits beyond its width are 0, into `packed` at bit `at`.
-fn put(packed: &mut [u64], at: u32, value: &[u64]) {
+/// ORs `value` into `packed` at bit `at`.
+fn put(packed: &mut [u64], at: u32, value: u64) {
     let (word, shift) = (at as usize / 64, at % 64);
-    for (i, part) in value.iter().enumerate() {
-        packed[word + i] |= part << shift;
-        if shift > 0 && part >> (64 - shift) != 0 {
-            packed[word + i + 1] |= part >> (64 - shift);
-        }
+    packed[word] |= value << shift;
+    if shift > 0 && value >> (64 - shift) != 0 {
+        packed[word + 1] |= value >> (64 - shift);
     }
 }
 
@@ -175,13 +207,17 @@ pub struct Skips {
 /// When the reference model cannot predict the ports.
 pub fn adversary(interface: &Interface) -> Result<(Adversarial, u64), ReferenceError> {
     let adversary = Adversarial::with_means(interface, SEED, MEANS)?;
-    let clocks = match interface.histogram() {
-        None => adversary.clone().clocks_to_cover(MOST_CLOCKS),
-        // Frames cannot be cut short, so that hardly any recipe has its place: chance does
-        // the rest.
-        Some(_) => MOST_CLOCKS,
+    let clocks = match ends_with_its_aims(interface) {
+        true => adversary.clone().clocks_to_cover(MOST_CLOCKS),
+        false => MOST_CLOCKS,
     };
     Ok((adversary, clocks))
+}
+
+/// Whether a run is over where the adversary has reached all that it can. Frames of a histogram cannot be cut
+/// short, so that hardly any recipe has its place: chance does the rest.
+fn ends_with_its_aims(interface: &Interface) -> bool {
+    interface.histogram().is_none()
 }
 
 /// Records a run that begins in reset.
@@ -193,19 +229,20 @@ pub fn record(sensor: &Sensor) -> Result<Recording, ReferenceError> {
     let names: Vec<String> =
         sensor.scene().detectors.iter().map(|detector| detector.name.clone()).collect();
     let layout = Layout::of(interface);
-    let (chips, results) = layout
-        .outputs
-        .fields
-        .iter()
-        .cloned()
-        .partition(|field| field.port.role.usage() == Use::Code);
-    let (mut adversary, clocks) = adversary(interface)?;
+    let outputs = layout.outputs.fields.iter().cloned();
+    let (chips, results): (Vec<Field>, Vec<Field>) =
+        outputs.partition(|field| field.port.role.usage() == Use::Code);
+    let mut adversary = Adversarial::with_means(interface, SEED, MEANS)?;
+    if ends_with_its_aims(interface) {
+        adversary = adversary.ending_there();
+    }
     let mut reference = ReferenceModel::new(interface.clone())?;
-    let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
-    let mut inputs = PortGroup::new(layout.inputs.fields.clone());
-    let (mut chips, mut results) = (PortGroup::new(chips), PortGroup::new(results));
-    chips.push_zero();
-    results.push_zero();
+    let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, MOST_CLOCKS);
+    let mut inputs = PortGroup::new(&layout.inputs.fields, layout.inputs.words);
+    let mut chips = PortGroup::new(&chips, layout.outputs.words);
+    let mut results = PortGroup::new(&results, layout.outputs.words);
+    chips.push_zeros(1);
+    results.push_zeros(1);
     let (mut resets, mut phase_steps, mut scans) = (0, 0, 0);
     let reset = layout.inputs.field(PortRole::Reset);
     let mut in_reset = false;
@@ -227,6 +264,7 @@ pub fn record(sensor: &Sensor) -> Result<Recording, ReferenceError> {
         }
         skips.extend_from_slice(&block.skips);
     }
+    let clocks = maker.clocks_made();
     let table = reference.cover_table();
     let exercise = &block.exercise;
     if let Some(plan) = interface.histogram() {
@@ -281,11 +319,12 @@ mod tests {
     #[test]
     fn values_are_packed_across_words() {
         let mut packed = [0; 3];
-        put(&mut packed, 0, &[0x1]);
-        put(&mut packed, 1, &[u64::MAX, 0x3]);
-        put(&mut packed, 67, &[u64::MAX >> 3]);
+        put(&mut packed, 0, 0x1);
+        put(&mut packed, 1, u64::MAX);
+        put(&mut packed, 65, 0x3);
+        put(&mut packed, 67, u64::MAX >> 3);
         assert_eq!(packed, [u64::MAX, u64::MAX, 0]);
-        put(&mut packed, 128, &[0x5]);
+        put(&mut packed, 128, 0x5);
         assert_eq!(packed[2], 0x5);
     }
 }

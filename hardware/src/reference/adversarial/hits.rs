@@ -7,7 +7,7 @@ use rand::{Rng, RngExt};
 
 use crate::photons::Pulse;
 use crate::reference::planned::Hits;
-use crate::reference::predictor::{GroupSigns, ReferenceModel};
+use crate::reference::predictor::{GroupSigns, ReferenceModel, SampleSigns};
 use crate::scan::{Sample, Sampling};
 use crate::sensor::layout::mask;
 
@@ -98,11 +98,6 @@ impl<'a> GroupWords<'a> {
         self.sampling.samples_of(1)
     }
 
-    /// Whether a step counts a hit on a sample up.
-    fn counts_up(&self, step: u64, sample: Sample) -> bool {
-        self.signs.at(sample).count_up(step)
-    }
-
     /// The clocks.
     fn clocks(&self) -> Range<u64> {
         self.origin + self.chips.start..self.origin + self.chips.end
@@ -121,15 +116,14 @@ impl<'a> GroupWords<'a> {
     }
 
     /// Single samples on which `wanted` is true, with a low one between two of them.
-    fn singles(&self, mut wanted: impl FnMut(Sample) -> bool, out: &mut Vec<Pulse>) {
+    fn singles(&self, mut wanted: impl FnMut(Sample, SampleSigns) -> bool, out: &mut Vec<Pulse>) {
         let samples = self.samples();
-        let mut sample = samples.start;
-        while sample < samples.end {
-            if wanted(sample) {
+        let mut next = samples.start;
+        for (sample, signs) in self.signs.along(samples) {
+            if sample >= next && wanted(sample, signs) {
                 out.push(Pulse::of_one(sample));
-                sample += 1;
+                next = sample + 2;
             }
-            sample += 1;
         }
     }
 
@@ -155,7 +149,7 @@ impl<'a> GroupWords<'a> {
                 clocks.for_each(|c| pulse(first_of(c) + (lanes - 1), first_of(c + 1)));
             }
             Pattern::OneSided { up, step } => {
-                self.singles(|s| self.counts_up(step, s) == up, out);
+                self.singles(|_, signs| signs.count_up(step) == up, out);
             }
             Pattern::Random { longest } => {
                 let mut s = samples.start + rng.random_range(0..=longest);
@@ -183,38 +177,38 @@ impl<'a> GroupWords<'a> {
         let parallel = u64::from(self.reference.interface().parallel());
         let lane_of = |sample| u64::from(self.sampling.lane_of(sample));
         let last = Sample(self.samples().end.0.checked_sub(1)?);
-        let all_count = |sample, up| {
-            let signs = self.signs.at(sample);
-            (0..parallel).all(|step| signs.count_up(step) == up)
-        };
+        let all_count =
+            |signs: SampleSigns, up| (0..parallel).all(|step| signs.count_up(step) == up);
+        let certain = || self.signs.along(self.first_certain()..self.samples().end);
         match hits {
-            Hits::EveryOther => self.singles(|_| true, out),
-            Hits::Lane { lane, .. } => self.singles(|s| lane_of(s) == lane, out),
+            Hits::EveryOther => self.singles(|_, _| true, out),
+            Hits::Lane { lane, .. } => self.singles(|s, _| lane_of(s) == lane, out),
             Hits::BeyondLimitAtEnd { lane, age, .. } => {
                 let plan = self.reference.interface().histogram()?;
                 let end = self.origin + plan.rows * plan.periods;
                 let periods = mask(plan.bin_bits) + 1;
-                let is_wanted = |s| {
+                let is_wanted = |s, _: SampleSigns| {
                     let behind = end - 1 - self.sampling.clock_of(s);
                     lane_of(s) == lane && behind % plan.rows == age && behind / plan.rows < periods
                 };
                 self.singles(is_wanted, out);
             }
-            Hits::OneSided { step, up } => self.singles(|s| self.counts_up(step, s) == up, out),
+            Hits::OneSided { step, up } => {
+                self.singles(|_, signs| signs.count_up(step) == up, out);
+            }
             Hits::AllSteps { up } => {
-                self.singles(|s| all_count(s, up), out);
+                self.singles(|_, signs| all_count(signs, up), out);
                 if out.is_empty() {
                     self.together(up, out);
                 }
             }
             Hits::OneForAll { up, .. } => {
-                let mut samples = (self.first_certain().0..=last.0).map(Sample);
-                out.push(Pulse::of_one(samples.find(|&s| all_count(s, up))?));
+                let (found, _) = certain().find(|(_, signs)| all_count(*signs, up))?;
+                out.push(Pulse::of_one(found));
             }
             Hits::One { step, lane, up, .. } => {
-                let found = (self.first_certain().0..=last.0)
-                    .map(Sample)
-                    .find(|&s| lane_of(s) == lane && self.counts_up(step, s) == up)?;
+                let (found, _) = certain()
+                    .find(|(s, signs)| lane_of(*s) == lane && signs.count_up(step) == up)?;
                 out.push(Pulse::of_one(found));
             }
             Hits::Border { first: true } => {
@@ -243,8 +237,7 @@ impl<'a> GroupWords<'a> {
     /// step has come to have, the more it weighs in the choice.
     fn together(&self, up: bool, out: &mut Vec<Pulse>) {
         let mut weights = vec![1.0; self.reference.interface().parallel() as usize];
-        let helps = |sample| {
-            let signs = self.signs.at(sample);
+        let helps = |_, signs: SampleSigns| {
             let helped = |(step, weight): (u64, &f64)| match signs.count_up(step) == up {
                 true => *weight,
                 false => -weight,
@@ -273,14 +266,13 @@ impl<'a> GroupWords<'a> {
         let mut next = self.sampling.first_sample(self.origin) + 2;
         let samples = self.samples();
         let half = samples.start + (samples.end - samples.start) / 2;
-        for sample in (samples.start.0..samples.end.0).map(Sample) {
+        for (sample, signs) in self.signs.along(samples.clone()) {
             if chosen.len() as u64 == count.unsigned_abs() {
                 break;
             }
             if sample < next {
                 continue;
             }
-            let signs = self.signs.at(sample);
             if signs.count_up(step) != up {
                 continue;
             }
@@ -312,14 +304,13 @@ impl<'a> GroupWords<'a> {
         let mut chosen = Vec::new();
         let mut next = self.sampling.first_sample(self.origin) + 2;
         let samples = self.samples();
-        for sample in (samples.start.0..samples.end.0).map(Sample) {
+        for (sample, signs) in self.signs.along(samples.clone()) {
             if chosen.len() as u64 == hits {
                 break;
             }
             if sample < next {
                 continue;
             }
-            let signs = self.signs.at(sample);
             let sign = |step| if signs.count_up(step) { 1 } else { -1 };
             for _ in 0..at_once {
                 let stays = |(step, count): (u64, &i64)| (count + sign(step)).abs() <= most;

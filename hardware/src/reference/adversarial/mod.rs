@@ -108,6 +108,8 @@ struct Aims {
     has_prepared: bool,
     /// First clock at which nothing was left to aim at.
     over_at: Option<u64>,
+    /// There the run ends.
+    ends_there: bool,
     /// Groups by chance before the next reset, at least.
     groups_without_reset: u64,
 }
@@ -156,6 +158,7 @@ impl Adversarial {
                 calm_groups: 0,
                 has_prepared: false,
                 over_at: None,
+                ends_there: false,
                 groups_without_reset: 0,
             },
             host: interface
@@ -168,6 +171,12 @@ impl Adversarial {
         let silent = vec![Vec::new(); interface.reference_codes.len()];
         adversary.decide_until(RESET_CLOCKS, silent, Hits::None);
         Ok(adversary)
+    }
+
+    /// The same, which ends the run where it has reached all that it can.
+    pub fn ending_there(mut self) -> Adversarial {
+        self.aims.ends_there = true;
+        self
     }
 
     /// Clocks after which it has reached all that it can, or the most that a run takes
@@ -581,10 +590,13 @@ impl Hits {
 
 impl Stimulus for Adversarial {
     fn drive(&mut self, drive: &mut Drive) {
-        let clocks = drive.surroundings.clocks.clone();
-        while self.decided < clocks.end {
+        let mut clocks = drive.surroundings.clocks.clone();
+        let end = |aims: &Aims| aims.over_at.filter(|_| aims.ends_there);
+        while self.decided < clocks.end && end(&self.aims).is_none() {
             self.decide();
         }
+        clocks.end = end(&self.aims).map_or(clocks.end, |end| end.min(clocks.end));
+        drive.surroundings.clocks = clocks.clone();
         let end = self.interface.timing.sampling().first_sample(clocks.end);
         for (decided, pulses) in self.pulses.iter_mut().zip(&mut drive.pulses) {
             while let Some(pulse) = decided.pop_front_if(|p| p.first < end) {

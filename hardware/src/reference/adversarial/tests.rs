@@ -78,15 +78,38 @@ fn a_group_that_is_to_be_cut_waits_for_the_hosts_last_word() {
     }
 }
 
+/// A run that ends itself is as long as one that was asked for as many clocks, and drives the same.
+#[test]
+fn a_run_that_ends_itself_is_the_start_of_a_longer_one() {
+    let scene = scene::load(Path::new("../tests/scenes/peak.toml")).expect("a sound scene");
+    let interface = Interface::of(&scene);
+    let layout = Layout::of(&interface);
+    let adversary = Adversarial::with_means(&interface, 1, Means::cosim(true)).unwrap();
+    let all = adversary.clone().clocks_to_cover(LONGEST_DEFAULT);
+    let inputs = |mut adversary: Adversarial, clocks| {
+        let mut reference = ReferenceModel::new(interface.clone()).unwrap();
+        let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
+        let (mut block, mut inputs) = (Block::default(), Vec::new());
+        while maker.make(&mut block) {
+            inputs.extend_from_slice(&block.records.inputs);
+        }
+        assert_eq!(maker.clocks_made(), clocks.min(all));
+        inputs
+    };
+    assert!(all < LONGEST_DEFAULT - 1);
+    let ended = inputs(adversary.clone().ending_there(), LONGEST_DEFAULT);
+    assert!(ended == inputs(adversary, all));
+}
+
 /// The results of all steps that an adversary drives.
 fn results(file: &str, seed: u64) -> Vec<StepResult> {
     let scene = scene::load(Path::new(file)).unwrap_or_else(|error| panic!("{error}"));
     let interface = Interface::of(&scene);
     let layout = Layout::of(&interface);
-    let mut adversary = Adversarial::with_means(&interface, seed, Means::cosim(true)).unwrap();
-    let clocks = adversary.clone().clocks_to_cover(LONGEST_DEFAULT);
+    let adversary = Adversarial::with_means(&interface, seed, Means::cosim(true)).unwrap();
+    let mut adversary = adversary.ending_there();
     let mut reference = ReferenceModel::new(interface).unwrap();
-    let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, clocks);
+    let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, LONGEST_DEFAULT);
     let (mut block, mut results) = (Block::default(), Vec::new());
     while maker.make(&mut block) {
         results.extend(maker.take_finished());

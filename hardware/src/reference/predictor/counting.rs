@@ -41,6 +41,16 @@ impl<'a> GroupSigns<'a> {
             delayed: (self.first + (sample - self.origin)) % period,
         }
     }
+
+    /// At samples of the group that follow one another: a division for all of them.
+    pub fn along(self, samples: Range<Sample>) -> impl Iterator<Item = (Sample, SampleSigns<'a>)> {
+        let mut signs = self.at(samples.start);
+        (samples.start.0..samples.end.0).map(move |sample| {
+            let here = signs;
+            signs.delayed = if here.delayed + 1 == here.period { 0 } else { here.delayed + 1 };
+            (Sample(sample), here)
+        })
+    }
 }
 
 impl SampleSigns<'_> {

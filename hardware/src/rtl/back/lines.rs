@@ -4,7 +4,7 @@ use super::concat::{concat, fused};
 use super::expr::{BinaryOp, Expr, SignalId};
 use super::number::Num;
 use super::signals::KernelSignal;
-use super::term::{HasNumbers, Leaf, Says, Term};
+use super::term::{HasNumbers, Leaf, Parted, Says, Term, slope_of};
 
 /// Fewest statements that become a loop.
 const LEAST_TRIPS: usize = 3;
@@ -134,13 +134,9 @@ fn spread(line: VerilogLine) -> Vec<VerilogLine> {
         return vec![line];
     };
     let is_even = |period: usize| {
-        let slopes: Vec<_> =
-            parts.windows(period + 1).map(|run| run[period].slope_to(&run[0])).collect();
-        let is_same = |at: usize, slope: &Option<Vec<_>>| {
-            slope.as_deref().is_some_and(is_of_places) && *slope == slopes[at % period]
-        };
+        let each = |first: usize| slope_of(parts[first..].iter().step_by(period));
         parts.len() > LEAST_TRIPS * period
-            && slopes.iter().enumerate().all(|(at, slope)| is_same(at, slope))
+            && (0..period).all(|first| each(first).is_some_and(|slope| is_of_places(&slope)))
     };
     if !is_even(1) && !is_even(2) {
         return vec![line];
@@ -178,14 +174,10 @@ pub fn folded(lines: Vec<VerilogLine>) -> Vec<VerilogLine> {
         }
         operands.push(rest.clone());
         operands.reverse();
-        let slopes: Vec<_> = operands.windows(2).map(|pair| pair[0].slope_to(&pair[1])).collect();
-        let is_even = slopes
-            .iter()
-            .all(|slope| slope.as_deref().is_some_and(is_of_places) && *slope == slopes[0]);
-        match (slopes[0].as_deref(), operands[0].width()) {
+        let slope = slope_of(&operands).filter(|slope| is_of_places(slope));
+        match (slope, operands[0].width()) {
             (Some(slope), Some(width))
                 if *op == BinaryOp::Or
-                    && is_even
                     && operands.len() >= LEAST_OPERANDS
                     // Blocks that each build up a part of one signal would wake each other for ever.
                     && matches!(target, Term::Name(_)) =>
@@ -195,7 +187,7 @@ pub fn folded(lines: Vec<VerilogLine>) -> Vec<VerilogLine> {
                     op: *op,
                     index: OPERAND,
                     trips: (operands.len() as u32).into(),
-                    operand: operands[0].along(slope, OPERAND, 0),
+                    operand: operands[0].along(&slope, OPERAND, 0),
                     zero: Term::Literal { value: 0, width },
                 }
             }
@@ -235,42 +227,48 @@ fn is_of_places(slope: &[(Says, Num)]) -> bool {
 
 /// Runs of like statements as loops.
 fn rolled(lines: Vec<VerilogLine>, index: &'static str) -> Vec<VerilogLine> {
+    let parted: Vec<Parted<VerilogLine>> = lines.iter().map(HasNumbers::parted).collect();
     let mut out = Vec::new();
-    let mut rest = &lines[..];
-    while !rest.is_empty() {
-        let found = (1..=3).map(|period| (period, run(rest, period)));
-        match found.max_by_key(|(period, trips)| (period * trips, std::cmp::Reverse(*period))) {
-            Some((period, trips)) if trips >= LEAST_TRIPS => {
-                let first = rest[..period].to_vec();
-                let slope = first.slope_to(&rest[period..2 * period].to_vec()).unwrap_or_default();
+    let mut at = 0;
+    while at < lines.len() {
+        let found = (1..=3).filter_map(|period| Some((period, run(&parted[at..], period)?)));
+        let longest =
+            found.max_by_key(|(period, (trips, _))| (period * trips, std::cmp::Reverse(*period)));
+        match longest {
+            Some((period, (trips, slope))) if trips >= LEAST_TRIPS => {
+                let first = lines[at..at + period].to_vec();
                 out.push(VerilogLine::Loop {
                     index,
                     trips: (trips as u32).into(),
                     body: first.along(&slope, index, 0),
                 });
-                rest = &rest[period * trips..];
+                at += period * trips;
             }
             _ => {
-                out.push(rest[0].clone());
-                rest = &rest[1..];
+                out.push(lines[at].clone());
+                at += 1;
             }
         }
     }
     out
 }
 
-/// How many times the first `period` statements come, moved by as much each time.
-fn run(lines: &[VerilogLine], period: usize) -> usize {
-    let blocks: Vec<Vec<VerilogLine>> =
-        lines.chunks_exact(period).map(<[VerilogLine]>::to_vec).collect();
-    let mut slopes = blocks.windows(2).map(|pair| pair[0].slope_to(&pair[1])).peekable();
-    let first = slopes.peek().cloned().flatten();
-    match first {
-        Some(first) if is_of_places(&first) => {
-            1 + slopes.take_while(|slope| slope.as_ref() == Some(&first)).count()
-        }
-        _ => 1,
-    }
+/// How many times the first `period` statements come, moved by as much each time, and by how much;
+/// `None` if they come once.
+fn run(lines: &[Parted<VerilogLine>], period: usize) -> Option<(usize, Vec<(Says, Num)>)> {
+    let blocks: Vec<&[Parted<VerilogLine>]> = lines.chunks_exact(period).collect();
+    let mut slopes = blocks.windows(2).map(|pair| slope_between(pair[0], pair[1]));
+    let slope = slopes.next()?.filter(|slope| is_of_places(slope))?;
+    Some((2 + slopes.take_while(|next| next.as_ref() == Some(&slope)).count(), slope))
+}
+
+/// How much greater the numbers of as many statements are.
+fn slope_between(
+    here: &[Parted<VerilogLine>],
+    there: &[Parted<VerilogLine>],
+) -> Option<Vec<(Says, Num)>> {
+    let slopes = here.iter().zip(there).map(|(here, there)| here.slope_to(there));
+    Some(slopes.collect::<Option<Vec<_>>>()?.concat())
 }
 
 /// What says the same in fewer statements.

@@ -1,5 +1,8 @@
 //! What Verilog allows as a name.
 
+use std::collections::HashSet;
+use std::sync::LazyLock;
+
 use super::fault::Fault;
 
 /// Refuses what is not a plain Verilog identifier, or is a keyword of
@@ -11,7 +14,7 @@ pub fn check_name(name: &str) -> Result<(), Fault> {
     if !starts_well || !only_word_characters {
         return refuse("it has other characters than letters, digits and _");
     }
-    if KEYWORDS.split(' ').any(|keyword| keyword == name) {
+    if KEYWORDS.contains(name) {
         return refuse("it is a keyword");
     }
     Ok(())
@@ -19,7 +22,8 @@ pub fn check_name(name: &str) -> Result<(), Fault> {
 
 /// IEEE 1364-2005 Annex B, then the SystemVerilog keywords that read like
 /// signal names.
-const KEYWORDS: &str = "\
+static KEYWORDS: LazyLock<HashSet<&str>> = LazyLock::new(|| {
+    "\
     always and assign automatic begin buf bufif0 bufif1 case casex casez cell cmos config \
     deassign default defparam design disable edge else end endcase endconfig endfunction \
     endgenerate endmodule endprimitive endspecify endtable endtask event for force forever \
@@ -33,7 +37,10 @@ const KEYWORDS: &str = "\
     weak0 weak1 while wire wor xnor xor bit byte logic int longint shortint break continue \
     do return this new static local final global packed ref type string struct union void \
     const checker cover expect first_match matches priority property sequence unique within \
-    context class";
+    context class"
+        .split(' ')
+        .collect()
+});
 
 #[cfg(test)]
 mod tests {

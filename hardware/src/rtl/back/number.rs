@@ -1,11 +1,10 @@
 //! Numbers of the text: polynomials of parameters and loop indices.
 
-use std::collections::BTreeMap;
-
-/// A whole number that may depend on names. A product of names is their sorted list; the empty
-/// one stands for the number 1.
+/// A whole number that may depend on names: products of names, each of which comes so many times. A
+/// product is the sorted list of its names, the empty one stands for the number 1; products are in order,
+/// and none comes no times.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Num(BTreeMap<Vec<String>, i128>);
+pub struct Num(Vec<(Vec<String>, i128)>);
 
 impl From<i128> for Num {
     fn from(value: i128) -> Num {
@@ -22,18 +21,19 @@ impl From<u32> for Num {
 impl Num {
     /// The number itself, if it depends on no name.
     pub fn constant(&self) -> Option<i128> {
-        match self.0.len() {
-            0 => Some(0),
-            1 => self.0.get(&Vec::new()).copied(),
+        match &self.0[..] {
+            [] => Some(0),
+            [(names, times)] if names.is_empty() => Some(*times),
             _ => None,
         }
     }
 
     fn plus(mut self, names: &[String], times: i128) -> Num {
-        let term = self.0.entry(names.to_vec()).or_default();
-        *term += times;
-        if *term == 0 {
-            self.0.remove(names);
+        match self.0.binary_search_by(|(known, _)| known[..].cmp(names)) {
+            Ok(at) if self.0[at].1 + times == 0 => drop(self.0.remove(at)),
+            Ok(at) => self.0[at].1 += times,
+            Err(_) if times == 0 => {}
+            Err(at) => self.0.insert(at, (names.to_vec(), times)),
         }
         self
     }
@@ -60,7 +60,7 @@ impl Num {
 
     /// The number where names have values.
     pub fn at(&self, values: &[(&str, u32)]) -> Num {
-        let term = |sum: Num, (names, times): (&Vec<String>, &i128)| {
+        let term = |sum: Num, (names, times): &(Vec<String>, i128)| {
             let mut left = Vec::new();
             let mut times = *times;
             for name in names {
@@ -76,7 +76,10 @@ impl Num {
 
     /// Whether it differs from one trip of a loop to the next: parameters are in capitals.
     pub fn is_of_loop(&self) -> bool {
-        self.0.keys().flatten().any(|name| name.chars().any(|c| c.is_ascii_lowercase()))
+        self.0
+            .iter()
+            .flat_map(|(names, _)| names)
+            .any(|name| name.chars().any(|c| c.is_ascii_lowercase()))
     }
 
     /// Whether it is a sum, which a product needs in brackets.
@@ -89,7 +92,7 @@ impl Num {
         let mut out = String::new();
         let mut terms: Vec<_> = self.0.iter().collect();
         // Positive ones first, and names before the number.
-        terms.sort_by_key(|(names, times)| (**times < 0, names.is_empty()));
+        terms.sort_by_key(|(names, times)| (*times < 0, names.is_empty()));
         for (names, times) in terms {
             let size = times.unsigned_abs();
             let sign = match (out.is_empty(), *times < 0) {

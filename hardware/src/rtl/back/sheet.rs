@@ -8,7 +8,7 @@ use super::lines::{BitStatement, VerilogLine, folded, joined, lines, loops_joine
 use super::module::{Assign, Instance, VerilogModule};
 use super::number::Num;
 use super::signals::{Element, KernelSignal, ResetValue, SignalRole, vectors};
-use super::term::{HasNumbers, Leaf, Says, Term};
+use super::term::{HasNumbers, Leaf, Says, Term, slope_of};
 
 /// What counts the trips of loops in clocked statements, the innermost first.
 pub const INDICES: [&str; 3] = ["i", "j", "k"];
@@ -429,14 +429,9 @@ fn connected(
     for (number, (port, _)) in each[0].iter().enumerate() {
         let terms: Vec<Term> =
             each.iter().map(|ports| Term::of(&ports[number].1, &packing.signals)).collect();
-        let slopes: Vec<_> = terms.windows(2).map(|pair| pair[0].slope_to(&pair[1])).collect();
-        let moves = |slope: &[(Says, Num)]| {
-            slope.iter().all(|(says, by)| *says == Says::Place || *by == Num::default())
-        };
-        let is_even =
-            slopes.iter().all(|slope| slope.as_deref().is_some_and(moves) && *slope == slopes[0]);
-        let term = match slopes[0].as_deref() {
-            Some(slope) if is_even => terms[0].along(slope, index, 0),
+        let moves = |(says, by): &(Says, Num)| *says == Says::Place || *by == Num::default();
+        let term = match slope_of(&terms).filter(|slope| slope.iter().all(moves)) {
+            Some(slope) => terms[0].along(&slope, index, 0),
             _ => {
                 let width = each[0][number].1.width();
                 let mut signals = packing.signals.clone();

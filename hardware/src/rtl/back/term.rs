@@ -154,19 +154,11 @@ pub trait HasNumbers: Clone + PartialEq {
         });
     }
 
-    /// All numbers.
-    fn numbers(&self) -> Vec<(Says, Num)> {
-        let mut found = Vec::new();
-        self.clone().each(&mut |says, number| found.push((says, number.clone())));
-        found
-    }
-
-    /// The same with other numbers.
-    fn with(&self, numbers: impl IntoIterator<Item = Num>) -> Self {
-        let mut other = self.clone();
-        let mut next = numbers.into_iter();
-        other.each(&mut |_, number| *number = next.next().unwrap_or_default());
-        other
+    /// Its form and its numbers apart.
+    fn parted(&self) -> Parted<Self> {
+        let (mut form, mut numbers) = (self.clone(), Vec::new());
+        form.each(&mut |says, number| numbers.push((says, std::mem::take(number))));
+        Parted { form, numbers }
     }
 
     /// The same where names have values.
@@ -178,23 +170,55 @@ pub trait HasNumbers: Clone + PartialEq {
 
     /// How much greater the numbers of `next` are; `None` if it differs in more.
     fn slope_to(&self, next: &Self) -> Option<Vec<(Says, Num)>> {
-        let (here, there) = (self.numbers(), next.numbers());
-        if here.len() != there.len() || self.with(None) != next.with(None) {
-            return None;
-        }
-        let slopes = here.into_iter().zip(&there);
-        Some(slopes.map(|((says, a), (_, b))| (says, b.sub(&a))).collect())
+        self.parted().slope_to(&next.parted())
     }
 
     /// What is this where `name` is `at`, and grows by `slope` with it.
     fn along(&self, slope: &[(Says, Num)], name: &str, at: i128) -> Self {
-        let numbers = self.numbers();
-        let along = numbers
-            .iter()
-            .zip(slope)
-            .map(|((_, number), (_, slope))| number.along(slope, name, at));
-        self.with(along.collect::<Vec<_>>())
+        let mut other = self.clone();
+        let mut slopes = slope.iter();
+        other.each(&mut |_, number| {
+            if let Some((_, slope)) = slopes.next() {
+                *number = number.along(slope, name, at);
+            }
+        });
+        other
     }
+}
+
+/// What has numbers, and these apart from it.
+#[derive(Debug)]
+pub struct Parted<T> {
+    /// It with 0 in place of each number.
+    form: T,
+    /// All numbers, in its order.
+    numbers: Vec<(Says, Num)>,
+}
+
+impl<T: PartialEq> Parted<T> {
+    /// How much greater the numbers of `next` are; `None` if it differs in more.
+    pub fn slope_to(&self, next: &Parted<T>) -> Option<Vec<(Says, Num)>> {
+        let differences = self.numbers.iter().zip(&next.numbers);
+        (self.form == next.form)
+            .then(|| differences.map(|((says, a), (_, b))| (*says, b.sub(a))).collect())
+    }
+}
+
+/// How much greater the numbers of each are than those of the one before, if that is the same all
+/// along, and they differ in nothing else.
+pub fn slope_of<'t, T: HasNumbers + 't>(
+    all: impl IntoIterator<Item = &'t T>,
+) -> Option<Vec<(Says, Num)>> {
+    let mut all = all.into_iter().map(HasNumbers::parted);
+    let (first, mut before) = (all.next()?, all.next()?);
+    let slope = first.slope_to(&before)?;
+    for next in all {
+        if before.slope_to(&next)? != slope {
+            return None;
+        }
+        before = next;
+    }
+    Some(slope)
 }
 
 impl HasNumbers for Term {
