@@ -6,7 +6,7 @@ use goldtof::photons::fast::StepCounter;
 use goldtof::photons::{DetectorModel, StepCount, count_step};
 use goldtof::scan::Step;
 use goldtof::scene::{
-    DetectorIndex, JitterTail, LaserResponse, Path, Recharge, Scan, Scene, SourceIndex,
+    DetectorIndex, JitterTail, LaserResponse, Movement, Path, Recharge, Scan, Scene, SourceIndex,
     WaveformCurve,
 };
 use goldtof::sensor::Sensor;
@@ -307,6 +307,28 @@ fn edges_of_the_light_agree() {
         scene.sources[0].response = response.clone();
         Comparison::of(&scene, repeated(150, 300))
             .assert_same_distribution(&format!("{response:?}"));
+    }
+}
+
+/// Paths that walk by some phase steps within a scan, and a source whose clock is off, also with edges and with a
+/// detector that is blind for longer than the light goes on.
+#[test]
+fn light_of_moving_paths_agrees() {
+    let edges = LaserResponse::Edges { rise_time_ps: 1e3, fall_time_ps: 3e3 };
+    for (velocity_m_per_s, offset, response, recharge) in [
+        (1_200.0, 0.0, LaserResponse::Ideal, Recharge::Active),
+        (-9_000.0, 0.0, edges.clone(), Recharge::Active),
+        (0.0, 3e-5, LaserResponse::Ideal, Recharge::Active),
+        (4_000.0, -2e-5, edges, Recharge::Passive),
+    ] {
+        let mut scene = table_i_scene(gold_5(), 20e6, 1_000);
+        scene.scan.steps = 60;
+        scene.paths[0].movement = Some(Movement { velocity_m_per_s, fluctuation: None });
+        scene.sources[0].response = response;
+        scene.sources[0].clock.offset = offset;
+        scene.detectors[0].recharge = recharge;
+        let comparison = Comparison::of(&scene, 400);
+        comparison.assert_same_distribution(&format!("{velocity_m_per_s} m/s, {offset}"));
     }
 }
 

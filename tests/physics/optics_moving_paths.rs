@@ -43,15 +43,30 @@ fn neither_speed_nor_fluctuation_is_no_movement_at_all() {
     assert_eq!(StepCounter::new(&neutral).outside_domain(), None);
 }
 
+/// A clock that drifts so that a delay would come to change too quickly, and a path that changes anew before the next
+/// photon comes.
 #[test]
-fn the_lanes_leave_paths_that_move_to_the_plain_loop() {
-    let scene = at_speed(table_i_scene(gold_5(), 20e6, 500), 100.0);
-    let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
-    let counter = StepCounter::new(&model);
-    assert_eq!(counter.outside_domain(), Some(OutsideDomain::MovingPath { path: PathIndex(0) }));
-    let mut counts = vec![StepCount::ZERO; scene.scan.steps as usize];
-    counter.count(3, 0..1, 0..scene.scan.steps, &mut counts);
-    assert_eq!(counts, scan(&model, 3, 0));
+fn the_lanes_leave_wild_paths_to_the_plain_loop() {
+    let still = table_i_scene(gold_5(), 20e6, 500);
+    let mut drifting = still.clone();
+    drifting.sources[0].clock.drift_per_s = 1e-5;
+    for (scene, is_reason) in [
+        (
+            drifting,
+            (|reason| matches!(reason, OutsideDomain::MovesTooQuickly { path: PathIndex(0), .. }))
+                as fn(OutsideDomain) -> bool,
+        ),
+        (fluctuating(still, 1e-6, 256.0 * 5.0 * 8e3), |reason| {
+            matches!(reason, OutsideDomain::MovesTooOften { path: PathIndex(0), .. })
+        }),
+    ] {
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+        let counter = StepCounter::new(&model);
+        assert!(counter.outside_domain().is_some_and(is_reason), "{:?}", counter.outside_domain());
+        let mut counts = vec![StepCount::ZERO; scene.scan.steps as usize];
+        counter.count(3, 0..1, 0..scene.scan.steps, &mut counts);
+        assert_eq!(counts, scan(&model, 3, 0));
+    }
 }
 
 /// Arrivals of an on-off code over a receding path, in the time of the emitter:
