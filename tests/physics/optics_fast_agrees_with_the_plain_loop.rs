@@ -327,7 +327,7 @@ fn light_of_moving_paths_agrees() {
         scene.sources[0].response = response;
         scene.sources[0].clock.offset = offset;
         scene.detectors[0].recharge = recharge;
-        let comparison = Comparison::of(&scene, 400);
+        let comparison = Comparison::of(&scene, repeated(200, 400));
         comparison.assert_same_distribution(&format!("{velocity_m_per_s} m/s, {offset}"));
     }
 }
