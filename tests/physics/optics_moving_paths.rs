@@ -56,7 +56,7 @@ fn the_lanes_leave_wild_paths_to_the_plain_loop() {
             (|reason| matches!(reason, OutsideDomain::MovesTooQuickly { path: PathIndex(0), .. }))
                 as fn(OutsideDomain) -> bool,
         ),
-        (fluctuating(still, 1e-6, 256.0 * 5.0 * 8e3), |reason| {
+        (fluctuating(still, 1e-6, 256.0 * 2.0 * 8e3), |reason| {
             matches!(reason, OutsideDomain::MovesTooOften { path: PathIndex(0), .. })
         }),
     ] {
