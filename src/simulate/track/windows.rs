@@ -98,7 +98,7 @@ impl<'m> Windows<'m> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::DetectorIndex;
+    use crate::scene::{DetectorIndex, Fluctuation};
     use crate::sensor::Sensor;
     use crate::simulate::Tier;
     use crate::simulate::scans::scans;
@@ -107,11 +107,15 @@ mod tests {
         Sensor::load("tests/scenes/tracking.toml").expect("the scene is valid")
     }
 
-    /// A first scan is one as any other command simulates it: by the same plain loop, since the path moves, and the
-    /// bit-exact model of the hardware.
+    /// A first scan is one as any other command simulates it: by the same plain loop, since the path trembles more often
+    /// than photons come, and the bit-exact model of the hardware.
     #[test]
     fn the_first_scan_counts_as_the_reference_model_does() {
-        let sensor = sensor();
+        let tremor = Fluctuation { std_m: 1e-6, correlation_time_ps: 128e3 };
+        let sensor = sensor().with(|scene| {
+            let movement = scene.paths[0].movement.as_mut().expect("the path moves");
+            movement.fluctuation = Some(tremor);
+        });
         let model = DetectorModel::new(&sensor, DetectorIndex(0));
         let scan = sensor.timing().scan;
         for (tier, counting) in
