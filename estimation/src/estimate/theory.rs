@@ -322,8 +322,7 @@ mod tests {
     #[test]
     fn integration_times_share_their_solution() {
         for settings in [&[][..], &["path.distance=1.3 m", "detector.pulse_width=0.7 ns"]] {
-            let settings = settings.iter().chain(&["clock.samples_per_chip=4"]);
-            let settings: Vec<_> = settings.map(|s| s.parse().expect("sound")).collect();
+            let settings: Vec<_> = settings.iter().map(|s| s.parse().expect("sound")).collect();
             let scene = load_with(Path::new("../scenes/quick.toml"), &settings).expect("sound");
             let (sensor, first, paths) = (Sensor::new(&scene), DetectorIndex(0), [PathIndex(0)]);
             for tier in [CountingTier::Sampled, CountingTier::Events] {
