@@ -162,6 +162,16 @@ fn swept() -> Vec<Sweep> {
         };
         values.iter().map(|&ns| (ns, vec![setting(ns)])).collect()
     };
+    let movements: [&[&str]; 4] = [
+        &["path.velocity=0 m/s"],
+        &["path.velocity=5 m/s"],
+        &[
+            "path.velocity=5 m/s",
+            "path.fluctuation={ std = \"5 mm\", correlation_time = \"1 ms\" }",
+        ],
+        &["source.clock_offset=20 ppm", "source.clock_drift=0.1 ppm/s"],
+    ];
+    let movements = movements.map(|settings| settings.iter().map(|s| s.to_string()).collect());
     let recharge = ["active", "passive"].map(|law| (0.0, vec![format!("detector.recharge={law}")]));
     let parallel = [1_u32, 2, 4, 8, 16]
         .map(|steps| (f64::from(steps), vec![format!("hardware.parallel={steps}")]));
@@ -191,6 +201,7 @@ fn swept() -> Vec<Sweep> {
         sweep("parallel", SINGLE, log("phase steps at once"), parallel.into()),
         sweep("edges", SINGLE, None, edges.map(|settings| (0.0, settings)).into()),
         sweep("recharge", SINGLE, None, recharge.into()),
+        sweep("movement", SINGLE, None, movements.map(|settings| (0.0, settings)).into()),
     ]
 }
 

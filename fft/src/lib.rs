@@ -2,7 +2,7 @@
 //!
 //! rustfft's planner is generic, so every package that calls it compiles all its
 //! butterflies anew: a third of what the compiler had to do for goldtof. Here they
-//! are compiled for `f64` and `f32`, and goldtof only calls them.
+//! are compiled, and goldtof only calls them.
 //!
 //! Transforms are not normalised: a forward and an inverse one of length n multiply
 //! by n. Element 0 is frequency 0.
@@ -10,8 +10,8 @@
 use std::collections::HashMap;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
-use rustfft::FftPlanner;
 pub use rustfft::{Fft, FftNum, num_complex};
+use rustfft::{FftPlanner, FftPlannerScalar};
 
 /// Points of all plans that are kept, at most, unless one alone has more: some 20 MB.
 const MOST_POINTS: usize = 1 << 18;
@@ -37,18 +37,16 @@ pub fn pair(length: usize) -> Pair<f64> {
     if plans.points + length > MOST_POINTS {
         *plans = Plans::default();
     }
-    let pair = planned(length);
+    let mut planner = FftPlanner::new();
+    let pair = [planner.plan_fft_forward(length), planner.plan_fft_inverse(length)];
     plans.points += length;
     plans.pairs.insert(length, pair.clone());
     pair
 }
 
-/// The same in single precision, planned anew.
+/// The same in single precision, planned anew, and in plain code: it is there to be compared with the double
+/// one, and butterflies for vectors would be as much to compile as those that goldtof computes with.
 pub fn single_pair(length: usize) -> Pair<f32> {
-    planned(length)
-}
-
-fn planned<T: FftNum>(length: usize) -> Pair<T> {
-    let mut planner = FftPlanner::new();
+    let mut planner = FftPlannerScalar::new();
     [planner.plan_fft_forward(length), planner.plan_fft_inverse(length)]
 }

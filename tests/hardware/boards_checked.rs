@@ -140,8 +140,17 @@ fn faults_are_found((scene, board, settings): (&str, &str, &[&str]), faults: &[F
         assert!(report["fault"].as_str().is_some_and(|fault| fault.contains(": ")), "{report:#}");
         fs::write(&file, right).expect("it can be written");
     }
-    // Cells of one's own are no part of it, and that is told.
-    let cells = out.join("board/cells.v");
+}
+
+#[test]
+fn cells_of_ones_own_are_no_part_of_a_board_and_that_is_told() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let rtl = folder.path().to_str().expect("text");
+    let (scene, board, settings) = ICE40;
+    let set = settings.iter().flat_map(|set| ["--set", *set]);
+    let words = ["emit", scene, "--board", board, "--out", rtl].into_iter().chain(set);
+    assert!(goldtof(&words.collect::<Vec<_>>()).status.success());
+    let cells = folder.path().join("board/cells.v");
     let text = fs::read_to_string(&cells).expect("it is there");
     fs::write(&cells, text + "// mine\n").expect("it can be written");
     let (report, status) = checked(scene, board, settings, &["--rtl", rtl]);

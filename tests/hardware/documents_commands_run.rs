@@ -44,6 +44,12 @@ const LATER: &[(&str, &str)] = &[
     ("--cache out/cache", "a model that others have built"),
     ("--repeat 3000", "seconds of simulation"),
     ("--repeat 800", "seconds of simulation"),
+    ("cosim SCENE --board", "a board; the tests of boards check several"),
+    ("replay SCENE TAGS", "seconds of theory; tests/physics replays recordings"),
+    (
+        "`goldtof compare-architectures SCENE",
+        "seconds of theory; a block of docs/histogram.md has it",
+    ),
 ];
 /// The words that stand for a user's own, and one of each.
 const PLACEHOLDERS: &[(&str, &str)] = &[

@@ -120,7 +120,7 @@ fn shards_of_a_grade_are_joined_to_the_grade_of_one_run() {
     // What these clocks leave open is equivalent, which takes a moment, or nothing that
     // is decided in 20 s; `--proof-time` is far from both.
     let arguments = [
-        &["grade", "scenes/quick.toml", "--clocks", "70000"][..],
+        &["grade", "scenes/quick.toml", "--clocks", "88000"][..],
         &["--mutants", "2", "--at-least", "99.99%"],
         &["--proof-time", "3", "--proof-budget", "60"],
     ]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::estimate::bound::bound;
-use goldtof::estimate::fit::{FitError, ModelEstimate, OtherLight, fit};
+use goldtof::estimate::fit::{FitError, Fitter, ModelEstimate, OtherLight, fit};
 use goldtof::estimate::{
     CountingTier, NoEstimate, calibration_offset_ps, delay_error_ps, distance_m, estimate,
 };
@@ -14,7 +14,7 @@ use goldtof::scene::{DetectorIndex, Path, PathIndex, Scene, Source, SourceIndex}
 use goldtof::sensor::Sensor;
 use optics_support::{
     Moments, assert_within_standard_errors, code, gold_5, gold_11, ideal_scene, m_sequence,
-    table_i_scene,
+    repeated, table_i_scene,
 };
 
 const TIER: CountingTier = CountingTier::Events;
@@ -28,8 +28,12 @@ fn scan_around(scene: &mut Scene, halfwidth: u64) {
 }
 
 fn photons(scene: &Scene, repetition: u64) -> Vec<StepCount> {
-    let model = DetectorModel::new(&Sensor::new(scene), DetectorIndex(0));
-    (0..scene.scan.steps).map(|step| count_step(&model, 97, repetition, Step(step))).collect()
+    photons_of(&DetectorModel::new(&Sensor::new(scene), DetectorIndex(0)), repetition)
+}
+
+fn photons_of(model: &DetectorModel, repetition: u64) -> Vec<StepCount> {
+    let steps = model.timing().scan.steps;
+    (0..steps).map(|step| count_step(model, 97, repetition, Step(step))).collect()
 }
 
 fn error_m(scene: &Scene, delay_ps: f64) -> f64 {
@@ -75,8 +79,11 @@ fn errors_are_unbiased_scatter_as_the_bound_says_and_match_their_own_deviation()
         scan_around(&mut scene, 14);
         let mut alarms = Vec::new();
         let mut stated = Vec::new();
-        let errors = Moments::of((0..300).map(|repetition| {
-            let found = fitted(&scene, &photons(&scene, repetition), OtherLight::None);
+        let sensor = Sensor::new(&scene);
+        let model = DetectorModel::new(&sensor, DetectorIndex(0));
+        let fitter = Fitter::new(&sensor, DetectorIndex(0), TIER, OtherLight::None);
+        let errors = Moments::of((0..repeated(150, 300)).map(|repetition| {
+            let found = fitter.fit(&photons_of(&model, repetition)).expect("it fits");
             alarms.push(found.alarm_sigmas());
             stated.push(found.std_m);
             error_m(&scene, found.delay_ps)

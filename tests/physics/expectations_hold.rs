@@ -350,7 +350,7 @@ fn nothing_is_expected_of_paths_that_are_not_told_apart() {
 /// but the share that chance has by definition, 1 in 50.
 #[test]
 fn the_share_that_estimate_refuses_is_said() {
-    const SCANS: u64 = 400;
+    const SCANS: u64 = 160;
     let refused = |power: &str, estimator: &str| {
         let settings =
             [format!("source.mean_power={power}"), format!("estimate.estimator={estimator}")];
@@ -372,8 +372,8 @@ fn the_share_that_estimate_refuses_is_said() {
         told
     };
     assert_eq!(refused("20 pW", "fft"), 0.0);
-    // Of 400 scans 8 +- 2.8 are let pass, fewer where counts are small whole numbers.
-    assert!(refused("0.000001 pW", "fft") > 0.95);
+    // Of 160 scans 3.2 +- 1.8 are let pass, fewer where counts are small whole numbers.
+    assert!(refused("0.000001 pW", "fft") > 0.92);
     for (estimator, power) in [("fft", "0.3 pW"), ("model", "0.12 pW")] {
         let share = refused(power, estimator);
         assert!((0.03..0.97).contains(&share), "{estimator}: {share}");
@@ -401,9 +401,9 @@ fn scatter_of_weak_light_is_that_of_scans_that_find_it() {
     let in_light: &[&str] = &["source.mean_power=1 pW", "detector.background_rate=10 Mcps"];
     let window = "scan.steps={ around = \"3.2 m\", halfwidth = 28 }";
     for (settings, scans) in [
-        (&[in_light, &[window]].concat()[..], 600),
-        (&["source.mean_power=0.15 pW"], 1_000),
-        (&["source.mean_power=0.1 pW"], 1_000),
+        (&[in_light, &[window]].concat()[..], repeated(400, 600)),
+        (&["source.mean_power=0.15 pW"], repeated(500, 1_000)),
+        (&["source.mean_power=0.1 pW"], repeated(500, 1_000)),
     ] {
         let settings = settings.iter().chain(&["estimate.estimator=model"]);
         let settings: Vec<_> = settings.map(|text| text.parse().expect("a setting")).collect();
@@ -411,7 +411,7 @@ fn scatter_of_weak_light_is_that_of_scans_that_find_it() {
         let found = of_first_path(&scene, Tier::Events, scans);
         let [std_m, expected_m] = [found.std_m, found.expected_std_m].map(Option::unwrap);
         println!("{std_m} {expected_m}");
-        // Standard errors: 3 %.
+        // Standard errors: 3.5 %, of a release 3 %.
         assert!((std_m / expected_m - 1.0).abs() < 0.15, "{settings:?}: {found:?}");
     }
 }

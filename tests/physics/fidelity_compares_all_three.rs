@@ -36,7 +36,7 @@ fn fidelity(scene: &str, more: &[&str]) -> (Output, Value) {
 fn a_target_that_the_budget_cannot_resolve_is_refused_with_the_one_that_would() {
     let folder = tempfile::tempdir().unwrap();
     let scene = dim(folder.path());
-    let (output, report) = fidelity(&scene, &["--budget-s", "2", "--target-error", "0.1%"]);
+    let (output, report) = fidelity(&scene, &["--budget-s", "1", "--target-error", "0.1%"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("--budget-s"));
     assert!(report["recommended"].is_null());
@@ -47,7 +47,7 @@ fn a_target_that_the_budget_cannot_resolve_is_refused_with_the_one_that_would() 
     assert!(refusal["needed_budget_s"].as_f64().unwrap() > 1_000.0, "{refusal}");
 
     // Where no error is asked for, the least that this budget resolves is, and what 5 % would take is told.
-    let (output, own) = fidelity("scenes/quick.toml", &["--budget-s", "3"]);
+    let (output, own) = fidelity("scenes/quick.toml", &["--budget-s", "1"]);
     assert_eq!(output.status.code(), Some(0));
     assert_eq!(own["refusal"]["target_error"], 0.05);
     let resolved = own["refusal"]["resolved_error"].as_f64().unwrap();
@@ -74,7 +74,7 @@ fn every_tier_of_a_histogram_is_compared() {
     let folder = tempfile::tempdir().unwrap();
     let scene = dim(folder.path());
     let histogram = ["--set", "hardware.architecture=histogram"];
-    let (_, report) = fidelity(&scene, &[&histogram[..], &["--budget-s", "2"]].concat());
+    let (_, report) = fidelity(&scene, &[&histogram[..], &["--budget-s", "1"]].concat());
     let tiers = report["tiers"].as_array().unwrap();
     for name in ["expected", "counts", "events", "sampled", "rtl"] {
         let is_there = tiers.iter().any(|tier| tier["fidelity"] == name);

@@ -6,7 +6,8 @@ use goldtof::code::{Code, CodeSpec, Family};
 use goldtof::scene::{Architecture, EstimatorKind, Path, Scene, load_with};
 use goldtof::sensor::Sensor;
 use goldtof::simulate::Tier;
-use optics_support::{code, gold, gold_5, gold_11, table_i_scene};
+use optics_support::sequential::Seldom;
+use optics_support::{code, gold, gold_5, gold_11, repeated, table_i_scene};
 use std::sync::Arc;
 
 /// Gold code 0 of a degree, interleaved.
@@ -34,9 +35,11 @@ fn with(mut scene: Scene, change: impl Fn(&mut Scene)) -> Scene {
     scene
 }
 
-/// Holds the expected share of each path against that of `scans` scans.
+/// Holds the expected share of each path against that of `scans` scans, or, where a release does not ask for all, of
+/// half as many.
 #[track_caller]
 fn check(name: &str, scene: &Scene, tier: Tier, scans: u64) {
+    let scans = scans / repeated(2, 1);
     let simulated = Sensor::new(scene)
         .simulate(tier.scans(scans).seeded(5))
         .expect("the scene can be simulated");
@@ -145,10 +148,11 @@ fn steps_that_share_their_light_and_the_model_estimator() {
 }
 
 /// Fits begin where all counts of the scan look most like the path, with the covariance of steps that share their light. The phase
-/// finds 72 and 57 % of these scans, fits 99 and 92; fits that began at the best sum over a peak's steps found 78 and 43.
+/// finds 72 and 57 % of these scans, fits 99 and 92; fits that began at the best sum over a peak's steps found 78 and 43. That
+/// fits miss a fifth of the first, or, as the phase does, two fifths of the others, is ruled out.
 #[test]
 fn fits_find_weak_light_more_often_than_the_phase() {
-    let right = |parallel, estimator, scans| {
+    for (parallel, sound, of_phase) in [(1, 0.02, 0.2), (4, 0.12, 0.43)] {
         let settings = [
             "source.mean_power=1 pW".to_owned(),
             "detector.background_rate=10 Mcps".to_owned(),
@@ -156,16 +160,17 @@ fn fits_find_weak_light_more_often_than_the_phase() {
         ];
         let settings = settings.map(|setting| setting.parse().expect("a setting"));
         let scene = load_with("scenes/quick.toml".as_ref(), &settings).expect("it is sound");
-        let scene = with(scene, |scene| scene.estimator = estimator);
-        let simulated = Sensor::new(&scene).simulate(Tier::Events.scans(scans).seeded(1));
-        let missed = simulated.expect("the scene can be simulated").estimates[0].missed_fraction;
-        1.0 - missed.expect("a share")
-    };
-    for (parallel, scans, least) in [(1, 200, 0.97), (4, 80, 0.85)] {
-        let [phase, fits] = [EstimatorKind::Fft, EstimatorKind::Model]
-            .map(|estimator| right(parallel, estimator, scans));
-        println!("{parallel} at once: phase {phase}, fits {fits}");
-        assert!(fits >= least && fits > phase, "{parallel} at once: phase {phase}, fits {fits}");
+        let sensor = Sensor::new(&with(scene, |scene| scene.estimator = EstimatorKind::Model));
+        let mut missed = Seldom::new(sound, of_phase, 0.01);
+        for seed in 1.. {
+            let simulated = sensor.simulate(Tier::Events.scans(10).seeded(seed));
+            let scans = simulated.expect("the scene can be simulated").estimates[0].missed_scans;
+            (0..10).for_each(|scan| missed.take(scan < scans));
+            if !missed.is_open() {
+                break;
+            }
+        }
+        missed.assert_holds(&format!("{parallel} at once: missed"));
     }
 }
 

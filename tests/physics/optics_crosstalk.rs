@@ -82,7 +82,7 @@ fn models(scene: &Scene) -> Vec<DetectorModel> {
 
 #[test]
 fn detectors_in_a_row_fire_one_another_as_in_another_simulator() {
-    fire_one_another_as_in_another_simulator(1.8e6);
+    fire_one_another_as_in_another_simulator(9e5);
 }
 
 #[test]

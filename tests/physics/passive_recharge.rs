@@ -9,7 +9,7 @@ use goldtof::scan::Step;
 use goldtof::scene::{DetectorIndex, PathIndex, Recharge, Scene, parse};
 use goldtof::sensor::Sensor;
 use optics_support::{
-    Moments, assert_within_standard_errors, code, gold_5, gold_9, gold_11, ideal_scene, naive,
+    Moments, assert_within_standard_errors, code, gold_5, gold_7, gold_11, ideal_scene, naive,
     repeated, stepped::Stepped, table_i_scene,
 };
 use rand::rngs::StdRng;
@@ -189,8 +189,8 @@ fn scan_around(scene: &mut Scene, halfwidth: u64) {
 /// Up to where on-chips have 0.98 arrivals in a dead time; expected counts are stepped.
 #[test]
 fn the_fit_has_no_bias_up_to_the_fold() {
-    for rate in [0.8e6, 8e6, 36.5e6] {
-        let mut scene = passive(table_i_scene(gold_9(), rate, 511 * 400_000));
+    for rate in [0.8e6, 8e6, 34.7e6] {
+        let mut scene = passive(table_i_scene(gold_7(), rate, 127 * 1_600_000));
         scene.paths[0].delay_ps = 21_350.0;
         scan_around(&mut scene, 14);
         let counts = Stepped::new(&scene, 25.0).counts();

@@ -22,6 +22,13 @@ pub fn quick(settings: &[&str]) -> Sensor {
     Sensor::new(&scene::load_with(Path::new("scenes/quick.toml"), &settings).unwrap())
 }
 
+/// The same of four samples a chip, whose phase steps count for twice as long: as much light, and of half as many steps
+/// the theory takes half as long.
+pub fn coarse(settings: &[&str]) -> Sensor {
+    let coarse = ["clock.samples_per_chip=4", "scan.integration=40 us"];
+    quick(&[&coarse[..], settings].concat())
+}
+
 /// How many scans stand behind a rate: of the figures in the documents a thousand.
 pub fn scans_or(default: u64) -> u64 {
     let asked = std::env::var("GOLDTOF_SCANS").ok();
@@ -113,7 +120,7 @@ fn a_sensor_that_is_as_its_scene_says_is_seldom_accused() {
             true,
         ),
     ] {
-        let scene = quick(settings);
+        let scene = coarse(settings);
         // The tests together have a level of 1.4 %.
         let mut accused = Seldom::new(0.005, 0.1, 0.02);
         let found = causes_until(&scene, &scene, has_totals, scans_or(13), |causes| {
@@ -157,23 +164,23 @@ fn what_is_wrong_with_a_sensor_is_named() {
         // The hardware counts chips, whatever its clock.
         (
             "chip period 9 ns",
-            "clock.chip_period=9 ns; scan.integration=22.5 us",
+            "clock.chip_period=9 ns; scan.integration=45 us",
             true,
             ChipPeriod,
             true,
         ),
         (
             "chip period 6 ns",
-            "clock.chip_period=6 ns; scan.integration=15 us",
+            "clock.chip_period=6 ns; scan.integration=30 us",
             true,
             ChipPeriod,
             true,
         ),
-        ("half the integration time", "scan.integration=10 us", true, Integration, true),
-        ("twice the integration time", "scan.integration=40 us", true, Integration, true),
-        ("twice the integration time", "scan.integration=40 us", false, Integration, false),
+        ("half the integration time", "scan.integration=20 us", true, Integration, true),
+        ("twice the integration time", "scan.integration=80 us", true, Integration, true),
+        ("twice the integration time", "scan.integration=80 us", false, Integration, false),
         // More detections than dead times: no light explains them.
-        ("four times the integration time", "scan.integration=80 us", true, Integration, true),
+        ("four times the integration time", "scan.integration=160 us", true, Integration, true),
         ("another code", "source.code.index=3", true, Code, true),
         ("another code", "source.code.index=3", false, Code, true),
     ]
@@ -183,12 +190,12 @@ fn what_is_wrong_with_a_sensor_is_named() {
         // Only what is said to differ differs: the pulse's width goes with the dead time.
         let fixed = "detector.pulse_width=7 ns";
         let settings: Vec<&str> = std::iter::once(fixed).chain(setting.split("; ")).collect();
-        let built = quick(&settings);
+        let built = coarse(&settings);
         let totals = if has_totals { "with" } else { "without" };
         let what = format!("{what}, {totals} totals");
         let mut unnamed = Seldom::new(0.05, 0.5, 0.1);
         let mut not_alone = Seldom::new(0.05, 0.5, 0.1);
-        let found = causes_until(&built, &quick(&[fixed]), has_totals, scans_or(4), |causes| {
+        let found = causes_until(&built, &coarse(&[fixed]), has_totals, scans_or(4), |causes| {
             unnamed.take(!causes.contains(&cause));
             not_alone.take(causes != [cause]);
             !(unnamed.is_open() || is_alone && not_alone.is_open())
@@ -221,7 +228,7 @@ fn another_afterpulsing_is_named_and_leaves_the_distance() {
         let sensor = |probability: f64| {
             let probability = format!("detector.afterpulsing.probability={probability}");
             let power = format!("source.mean_power={power}");
-            quick(&["path.distance=3.27 m", "scan.integration=100 us", &power, &probability])
+            coarse(&["path.distance=3.27 m", "scan.integration=200 us", &power, &probability])
         };
         let (mut found, mut pulls) = (Vec::new(), Vec::new());
         let written_sensor = sensor(written);
@@ -268,7 +275,7 @@ fn another_recharge_is_named() {
             let recharge = format!("detector.recharge={recharge}");
             let power = format!("source.mean_power={power}");
             let without = "detector.afterpulsing.probability=0";
-            quick(&["path.distance=3.27 m", "scan.integration=100 us", &power, without, &recharge])
+            coarse(&["path.distance=3.27 m", "scan.integration=200 us", &power, without, &recharge])
         };
         let found = said(&sensor(built), &sensor(written), true, scans_or(repeated(4, 12)), 11);
         found.iter().for_each(|(_, sentence)| println!("{sentence}"));
@@ -285,7 +292,7 @@ fn another_recharge_is_named() {
         }
     }
     let [built, written] =
-        ["detector.dead_time=20 ns", "detector.dead_time=14 ns"].map(|s| quick(&[s]));
+        ["detector.dead_time=20 ns", "detector.dead_time=14 ns"].map(|s| coarse(&[s]));
     scans(&built, DetectorIndex(0), Tier::Sampled, 11, 1, |counts| {
         let diagnosis = assess(&written, &recorded(counts, true)).diagnosis.expect("residuals");
         assert!(!diagnosis.causes.contains(&Cause::Recharge), "{}", diagnosis.sentence);
@@ -305,7 +312,7 @@ fn another_code_is_named_wherever_it_is() {
         (spec.degree, spec.index) = (Some(5), Some(index));
         Arc::new(spec.build().unwrap())
     };
-    let written = quick(&["source.code.index=3"]);
+    let written = coarse(&["source.code.index=3"]);
     let places = ["the light alone", "the reference alone", "light and reference"];
     // Ones that a mere correlation of codes misses at this light, and the default: the first in every place.
     for (index, places) in [
@@ -338,7 +345,7 @@ fn another_code_is_named_wherever_it_is() {
 
 #[test]
 fn what_is_the_other_way_round_is_told_as_such() {
-    let written = quick(&[]);
+    let written = coarse(&[]);
     let opposite = written.with(|scene| {
         let chips = scene.sources[0].code.chips.iter().map(|chip| 1 - chip).collect();
         let mut light = scene.sources[0].clone();
@@ -376,7 +383,7 @@ fn a_right_scene_with_brighter_light_of_others_is_not_accused() {
 /// Averages of many scans are no counts: their residuals are too small.
 #[test]
 fn counts_that_are_no_counts_are_told() {
-    let scene = quick(&[]);
+    let scene = coarse(&[]);
     let mut sum = vec![0_i64; scene.scene().scan.steps as usize];
     scans(&scene, DetectorIndex(0), Tier::Sampled, 3, 16, |counts| {
         for (sum, count) in sum.iter_mut().zip(counts) {
@@ -400,7 +407,7 @@ fn counts_that_are_no_counts_are_told() {
 /// The fit's own standard deviation is that of its distances.
 #[test]
 fn the_fitted_distance_scatters_as_it_says_and_is_unbiased() {
-    let scene = quick(&[]);
+    let scene = coarse(&[]);
     let mut pulls = Vec::new();
     scans(&scene, DetectorIndex(0), Tier::Sampled, 5, scans_or(60), |counts| {
         let scan =
@@ -442,7 +449,7 @@ fn chi_squares(built: &Sensor, written: &Sensor, repetitions: u64) -> (Vec<f64>,
 fn counts_beside_the_scene_as_it_is_have_residuals_of_one() {
     // Also steps that share their light: each by itself has that residual.
     for settings in [&[][..], &["hardware.parallel=4"]] {
-        let scene = quick(settings);
+        let scene = coarse(settings);
         let repetitions = scans_or(40);
         let (found, numbers) = chi_squares(&scene, &scene, repetitions);
         let mean = found.iter().sum::<f64>() / found.len() as f64;
@@ -452,8 +459,8 @@ fn counts_beside_the_scene_as_it_is_have_residuals_of_one() {
         println!("chi-square {mean:.1} for {numbers}, {std:.1}");
         assert!((mean - numbers).abs() < 4.0 * std, "{mean} for {numbers}, {std}");
     }
-    let scene = quick(&[]);
-    let (elsewhere, numbers) = chi_squares(&quick(&["path.distance=3.4 m"]), &scene, 4);
+    let scene = coarse(&[]);
+    let (elsewhere, numbers) = chi_squares(&coarse(&["path.distance=3.4 m"]), &scene, 4);
     assert!(elsewhere.iter().all(|one| *one > 1.5 * numbers), "{elsewhere:?}");
 }
 

@@ -201,6 +201,7 @@ fn peaks_of_light_are_no_chance_and_those_of_none_are() {
                 quick(&settings.chain(more.iter().copied()).collect::<Vec<_>>())
             };
             let written = more(&[]);
+            let reporter = Reporter::new(&written, DetectorIndex(0)).without_theory();
             for (built, has_light) in [
                 (more(&[]), true),
                 (more(&["path.transmission=0"]), false),
@@ -219,8 +220,7 @@ fn peaks_of_light_are_no_chance_and_those_of_none_are() {
                 }
                 scans(&built, DetectorIndex(0), Tier::Sampled, 3, 1, |counts| {
                     let counts = recorded(counts, totals.ends_with("true")).counts;
-                    let found =
-                        Reporter::new(&written, DetectorIndex(0)).without_theory().scan(&counts);
+                    let found = reporter.scan(&counts);
                     let told = (settings.clone(), totals, found.chance_fraction, found.remark);
                     match (has_light, found.distance_m) {
                         (true, None) => refused.push(told),
@@ -267,7 +267,7 @@ fn a_dim_peak_among_many_steps_is_not_taken_for_none() {
     let long = ["source.code.degree=9", "hardware.total_counts=true"];
     let built = quick(&[&long[..], &["source.mean_power=2 pW"]].concat());
     let written = quick(&long);
-    scans(&built, DetectorIndex(0), Tier::Sampled, 2, 2, |counts| {
+    scans(&built, DetectorIndex(0), Tier::Sampled, 2, repeated(1, 2), |counts| {
         let found = assess(&written, &recorded(counts, true));
         assert!(found.estimate.chance_fraction.is_some_and(|chance| chance < 0.01), "{found}");
         let causes = found.diagnosis.expect("it is known").causes;

@@ -448,10 +448,10 @@ mod tests {
         ] {
             let parallel_steps = format!("hardware.parallel={parallel}");
             let sensor = ideal(&["detector.dark_count_rate=4.5 Mcps", &parallel_steps, code]);
+            let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled);
             let ratio = |_| {
                 let counts = counts_of_noise(&sensor, 900.0, parallel, false, &mut random);
-                let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled)
-                    .as_bright_as(&counts);
+                let dark = dark.as_bright_as(&counts);
                 assert!((dark.hits_of_scene / 90.0 - 1.0).abs() < 0.01, "{}", dark.hits_of_scene);
                 dark.hits / 900.0
             };
@@ -478,7 +478,7 @@ mod tests {
             let dark = sensors
                 .each_ref()
                 .map(|of| Darkness::of_scene(of, DetectorIndex(0), CountingTier::Sampled));
-            let (scans, limits) = (300, [0.5, 0.2, 0.05]);
+            let (scans, limits) = (150, [0.5, 0.2, 0.05]);
             let (mut of_noise, mut of_light) = ([0; 3], [0; 2]);
             for _ in 0..scans {
                 let mut scan =
@@ -515,11 +515,10 @@ mod tests {
             let parallel_steps = format!("hardware.parallel={parallel}");
             let sensor = ideal(&[settings[0], settings[1], &parallel_steps]);
             let mut below = [0; 4];
+            let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled);
             for _ in 0..2000 {
                 let counts = counts_of_noise(&sensor, 50.0, parallel, true, &mut random);
-                let dark = Darkness::of_scene(&sensor, DetectorIndex(0), CountingTier::Sampled)
-                    .as_bright_as(&counts);
-                let chance = dark.chance(&counts).expect("there are hits");
+                let chance = dark.as_bright_as(&counts).chance(&counts).expect("there are hits");
                 let limits = [0.5, 0.2, 0.05, 0.02];
                 below.iter_mut().zip(limits).for_each(|(n, limit)| *n += u32::from(chance < limit));
             }

@@ -5,7 +5,6 @@ use rand_distr::{Distribution, Exp1};
 use super::afterpulsing::{Pending, PendingAfterpulses};
 use super::detector::{DetectorModel, JITTER_BOUND_SIGMAS};
 use super::light::ExcessArrivals;
-use super::movement::Trajectory;
 use super::random::{RandomStream, StreamKey, StreamRng};
 use super::time::ChipTime;
 
@@ -36,20 +35,14 @@ impl<'m> Avalanches<'m> {
     /// Ready so many chips before the group of `key`, or a little later.
     pub fn new(model: &'m DetectorModel, key: &StreamKey, warm_up_chips: i64) -> Avalanches<'m> {
         let start = Avalanches::start(model, key, warm_up_chips);
-        let start_in_scan = model.chips_of_movement(key.group);
-        let start_in_scan = i64::try_from(start_in_scan).unwrap_or(i64::MAX);
-        let start_in_all = model.chip_of_all(key.repetition, key.group);
         let excess = model
             .excess
             .iter()
             .flat_map(|light| light.strands().map(move |strand| (light, strand)))
             .map(|(light, strand)| {
                 let position = model.code_position(key.repetition, key.group, light.code.len());
-                let trajectory = light
-                    .movement
-                    .as_ref()
-                    .map(|movement| Trajectory::new(movement, key, light.number, start_in_scan))
-                    .map(|trajectory| trajectory.since_first_scan(start_in_all));
+                let movement = light.movement.as_ref();
+                let trajectory = movement.map(|moves| model.trajectory(moves, key, light.number));
                 let rng = key.stream(RandomStream::Path(strand.number));
                 ExcessArrivals::new(strand, rng, trajectory, position, start)
             })

@@ -8,7 +8,7 @@ use super::afterpulsing::Afterpulsing;
 use super::dead_time::DeadTime;
 use super::light::{ExcessLight, LightRates};
 use super::memory::DetectorMemory;
-use super::movement::PathMovement;
+use super::movement::{PathMovement, Trajectory};
 use super::paths::{number_of, paths_to};
 use super::random::{RandomStream, StreamKey, scatter};
 use super::shape::PulseShape;
@@ -421,6 +421,18 @@ impl DetectorModel {
             None => self.timing.start_of_group(group).0,
             Some(anchor) => self.chips_of_codes(0, group).0 + u128::from(anchor.chips),
         }
+    }
+
+    /// How a path moves in the scan and the group of a key.
+    pub(super) fn trajectory<'m>(
+        &self,
+        movement: &'m PathMovement,
+        key: &StreamKey,
+        path: u64,
+    ) -> Trajectory<'m> {
+        let in_scan = i64::try_from(self.chips_of_movement(key.group)).unwrap_or(i64::MAX);
+        let trajectory = Trajectory::new(movement, key, path, in_scan);
+        trajectory.since_first_scan(self.chip_of_all(key.repetition, key.group))
     }
 
     /// First chip of a group among those of all scans.

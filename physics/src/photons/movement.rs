@@ -25,6 +25,8 @@ use crate::scene;
 const CELLS_PER_CORRELATION: f64 = 256.0;
 /// A block of 2^LEVELS cells lies between independent values.
 const LEVELS: usize = 14;
+/// Over so many chips [`PathMovement::steepest`] takes a clock's drift into account: two hours of 8 ns.
+const MOST_CHIPS: f64 = (1_u64 << 40) as f64;
 /// Each turn makes the error of an arrival at least 200 times smaller.
 const MOST_TURNS: usize = 12;
 
@@ -57,6 +59,11 @@ impl Slip {
     /// How much later the code is at a time after the first scan's start.
     fn delay(&self, chips: f64) -> f64 {
         -chips * (self.offset + 0.5 * self.drift_per_chip * chips)
+    }
+
+    /// How quickly that grows.
+    fn rate(&self, chips: f64) -> f64 {
+        -(self.offset + self.drift_per_chip * chips)
     }
 
     /// How much of a chip it comes earlier per chip, on average over the first so many.
@@ -103,6 +110,24 @@ impl PathMovement {
     /// No movement, followed all the same.
     pub fn none() -> PathMovement {
         PathMovement { delay_rate: 0.0, fluctuation: None, slip: None }
+    }
+
+    /// How quickly the delay changes, at most: 14 standard deviations of the fluctuation, and a clock that
+    /// drifts for hours.
+    pub fn steepest(&self) -> f64 {
+        let slip = self
+            .slip
+            .map_or(0.0, |slip| slip.offset.abs() + slip.drift_per_chip.abs() * MOST_CHIPS);
+        let fluctuation = self.fluctuation.as_ref().map_or(0.0, |f| {
+            // Neighbours differ by the square root of 2 of what the one between two others is drawn with.
+            20.0 * f.levels[LEVELS - 1].deviation / f.cell_chips as f64
+        });
+        self.delay_rate.abs() + slip + fluctuation
+    }
+
+    /// How long it goes straight on, if it fluctuates.
+    pub fn piece_chips(&self) -> Option<f64> {
+        self.fluctuation.as_ref().map(|f| f.cell_chips as f64)
     }
 
     /// How far the path's delay moves in `duration_chips`: its mean, and two standard
@@ -154,6 +179,16 @@ impl Fluctuation {
 /// The normal number of a place.
 fn normal(stream: u64, place: i64) -> f64 {
     StandardNormal.sample(&mut StreamRng::seed_from_u64(scatter(stream, place as u64)))
+}
+
+/// A displacement that changes evenly.
+#[derive(Debug, Clone, Copy)]
+pub struct StraightPiece {
+    /// At its beginning.
+    pub displacement_chips: f64,
+    /// Change per time.
+    pub rate: f64,
+    pub length_chips: f64,
 }
 
 /// The displacement of one path in one scan.
@@ -222,6 +257,29 @@ impl<'m> Trajectory<'m> {
         }
         let inside = (chip.rem_euclid(cell_chips) as f64 + time.fraction) / cell_chips as f64;
         drift + self.ends[0] + inside * (self.ends[1] - self.ends[0])
+    }
+
+    /// The straight piece that begins at a time: to the fluctuation's next value, or until the drift of the clock
+    /// bends it by so much.
+    pub fn piece(&mut self, time: ChipTime, bend_chips: f64) -> StraightPiece {
+        let displacement_chips = self.displacement(time);
+        let mut rate = self.movement.delay_rate;
+        let mut length_chips = f64::INFINITY;
+        if let Some(fluctuation) = &self.movement.fluctuation {
+            let cell_chips = fluctuation.cell_chips;
+            let chip = self.origin.saturating_add(time.chip);
+            length_chips = (cell_chips - chip.rem_euclid(cell_chips)) as f64 - time.fraction;
+            rate += (self.ends[1] - self.ends[0]) / cell_chips as f64;
+        }
+        if let Some(slip) = &self.movement.slip {
+            // Of a parabola's chord.
+            let length = (8.0 * bend_chips / slip.drift_per_chip.abs()).sqrt();
+            length_chips = length_chips.min(length);
+            let now = self.first_origin + time.chip as f64 + time.fraction;
+            let middle = if slip.drift_per_chip == 0.0 { now } else { now + 0.5 * length_chips };
+            rate += slip.rate(middle);
+        }
+        StraightPiece { displacement_chips, rate, length_chips }
     }
 
     /// When light arrives that would arrive at `still` if the path had kept the

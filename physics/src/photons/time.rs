@@ -41,9 +41,11 @@ impl ChipTime {
             return self.after(duration_chips);
         }
         let offset = self.fraction + duration_chips.max(-LONGEST_WAIT_CHIPS);
-        let whole = offset.floor();
-        let fraction = offset - whole;
-        let chip = self.chip.saturating_add(whole as i64);
+        // The floor, by a cast again.
+        let towards_zero = offset as i64;
+        let whole = towards_zero - i64::from(towards_zero as f64 > offset);
+        let fraction = offset - whole as f64;
+        let chip = self.chip.saturating_add(whole);
         // A tiny negative offset rounds up to a whole chip.
         if fraction < 1.0 {
             ChipTime { chip, fraction }

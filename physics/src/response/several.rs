@@ -45,6 +45,7 @@ impl Number for Several {
 /// Solutions of one equation on different right-hand sides. Each is what it would be alone: to the last
 /// bit, unless their steady states are extrapolated, for which the last one to settle says when.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(align(64))]
 pub struct Several(pub [f64; Several::COUNT]);
 
 impl Several {
@@ -116,10 +117,22 @@ impl Mul<f64> for Several {
     type Output = Several;
     #[inline(always)]
     fn mul(mut self, factor: f64) -> Several {
+        keep_whole();
         for place in 0..Several::COUNT {
             self.0[place] *= factor;
         }
         self
+    }
+}
+
+/// No instruction, but one that a loop over states is not made into vectors across: of several numbers, a vector as
+/// they are, each would be gathered out of as many places.
+#[inline(always)]
+fn keep_whole() {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: there is nothing in it.
+    unsafe {
+        std::arch::asm!("", options(nomem, nostack, preserves_flags));
     }
 }
 

@@ -68,8 +68,13 @@ pub fn gold_5() -> Arc<Code> {
     gold(5, &[5, 2], &[5, 4, 3, 2])
 }
 
-/// As [`gold_11`], for what does not depend on a code's length: a quarter of the phase steps, and of
+/// As [`gold_11`], for what does not depend on a code's length: a sixteenth of the phase steps, and of
 /// what they cost.
+pub fn gold_7() -> Arc<Code> {
+    gold(7, &[7, 3], &[7, 3, 2, 1])
+}
+
+/// The same, with a quarter of the phase steps.
 pub fn gold_9() -> Arc<Code> {
     gold(9, &[9, 4], &[9, 6, 4, 3])
 }

@@ -424,7 +424,8 @@ mod tests {
     /// less than nothing, given those before. They tell nothing of the delay: fits are about as precise as the bound.
     #[test]
     fn bins_that_cannot_count_tell_nothing() {
-        let bright = ["source.mean_power=200 pW", "scan.integration=1146.32 us"];
+        let bright =
+            ["source.code.degree=9", "source.mean_power=200 pW", "scan.integration=286.16 us"];
         let dark = [
             "source.code.degree=5",
             "source.mean_power=40 pW",

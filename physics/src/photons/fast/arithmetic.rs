@@ -254,7 +254,7 @@ pub fn jitter(bits: u32, sigma_ticks: f32) -> i32 {
 
 /// The nearest whole number, for magnitudes up to 2^30.
 #[inline(always)]
-fn to_signed_ticks(shift: f32) -> i32 {
+pub fn to_signed_ticks(shift: f32) -> i32 {
     let rounded = shift + if shift < 0.0 { -0.5 } else { 0.5 };
     // SAFETY: the caller's numbers are finite and far from the ends of 32 bits.
     unsafe { rounded.to_int_unchecked::<i32>() }

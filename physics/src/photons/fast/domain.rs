@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::arithmetic::NORMAL_BOUND;
 use super::excess::OnTime;
 use super::members::{CrosstalkTargets, LitMembers, MemberTables, PerMember, Traps};
+use super::movement::{MOST_RATE, SLACK_CHIPS};
 use super::normal::NORMAL_REACH;
 use super::places::{
     CHIP_TICKS, LONGEST_CHIPS, MOST_CODE_CHIPS, round_ticks, ticks, ticks_of_chips,
@@ -14,17 +15,36 @@ use super::sign::{SignEdges, SignTable, threshold_of};
 use crate::photons::DetectorModel;
 use crate::photons::detector::Coupled;
 use crate::photons::light::ExcessLight;
+use crate::photons::movement::PathMovement;
 use crate::response::LongRun;
 use crate::scene::PathIndex;
 
 /// Why a model is left to the plain loop.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum OutsideDomain {
-    /// The tables are for delays that stay.
-    #[error("path {path} of the scene moves; the lanes take paths that stand still")]
-    MovingPath {
+    /// Each straight piece of a path costs as much as a photon.
+    #[error(
+        "path {path} of the scene moves anew every {piece_chips} chips; the lanes pay off where a photon \
+         comes more often"
+    )]
+    MovesTooOften {
         /// Its index.
         path: PathIndex,
+        /// How long it goes straight on.
+        piece_chips: f64,
+    },
+    /// Waits would leave their table.
+    #[error(
+        "the delay of path {path} of the scene changes by up to {rate:.1e} of the time in 2^40 chips; \
+         the lanes take {most:.1e}"
+    )]
+    MovesTooQuickly {
+        /// Its index.
+        path: PathIndex,
+        /// Share of the time.
+        rate: f64,
+        /// The most of the lanes.
+        most: f64,
     },
     /// Scans that do not follow one another.
     #[error("scans begin when they like; the lanes take those that follow one another")]
@@ -177,6 +197,8 @@ pub struct PathTable {
     pub number: u64,
     /// On which members it falls.
     pub target: LitMembers,
+    /// How its delay changes, and by which number; none of a path that keeps it.
+    pub movement: Option<(PathMovement, u64)>,
 }
 
 impl Tables {
@@ -192,6 +214,7 @@ impl Tables {
             check_lengths(member)?;
         }
         check_quickness(model, &lit)?;
+        check_movements(model, &lit)?;
         // Light of one code and shape shares its tables.
         let mut known: Vec<(&ExcessLight, LightTables)> = Vec::new();
         let mut paths = Vec::new();
@@ -216,16 +239,18 @@ impl Tables {
             false => Some(member_tables(model, &members)?),
         };
         let blind_chips = if members.is_some() { 0 } else { dead_time_chips };
+        let moves = paths.iter().any(|path| path.movement.is_some());
+        let slack_chips = if moves { SLACK_CHIPS } else { 0 };
         let step_chips = model.timing.scan.integration_chips as f64;
         let least_chips = (LONG_DEAD_TIMES * model.dead_time_chips).max(LONG_SHARE * step_chips);
-        let is_long = model.warm_up_chips as f64 > least_chips;
+        let is_long = model.warm_up_chips as f64 > least_chips && !moves;
         let long_run = is_long.then(|| LongRun::of(model)).flatten();
         let chips = long_run.as_ref().map(|_| model.border_chips().ceil() as i64);
         Ok(Tables {
             warm_up_chips: chips.unwrap_or(model.warm_up_chips),
             long_run,
             paths,
-            longest_wait_ticks: (LONGEST_CHIPS - 1 - blind_chips) * CHIP_TICKS,
+            longest_wait_ticks: (LONGEST_CHIPS - 1 - blind_chips - slack_chips) * CHIP_TICKS,
             dead_time_ticks,
             constant_wait_ticks: ticks(1.0 / constants.iter().sum::<f64>()),
             constant_target: match model.pixel.as_ref().is_some_and(|pixel| pixel.is_even()) {
@@ -385,6 +410,7 @@ impl LightTables {
             code_chips: light.code.len(),
             number,
             target: target.clone(),
+            movement: light.movement.clone().map(|movement| (movement, light.number)),
         };
         match &self.profile {
             Some(profile) => {
@@ -431,9 +457,6 @@ pub fn sign_table(model: &DetectorModel) -> Option<SignTable> {
 
 /// Whether everything fits a table or a word.
 fn check_lengths(model: &DetectorModel) -> Result<(), OutsideDomain> {
-    if let Some(light) = model.excess.iter().find(|light| light.movement.is_some()) {
-        return Err(OutsideDomain::MovingPath { path: light.path });
-    }
     let codes = model.excess.iter().map(|light| light.code.len());
     let chips = codes.fold(model.reference.len(), u64::max);
     let limit = MOST_CODE_CHIPS as u64;
@@ -455,11 +478,32 @@ fn check_lengths(model: &DetectorModel) -> Result<(), OutsideDomain> {
     Ok(())
 }
 
-/// Of a model, under the light of `lit` together.
-fn check_quickness(model: &DetectorModel, lit: &[&DetectorModel]) -> Result<(), OutsideDomain> {
+/// Mean wait for any light, that of `lit` together and all that is constant, where it is brightest.
+fn mean_wait_chips(model: &DetectorModel, lit: &[&DetectorModel]) -> f64 {
     let excess = lit.iter().flat_map(|lit| &lit.excess).map(|light| light.rate_per_chip);
     let constant = model.members().into_iter().map(|member| member.constant_per_chip);
-    let mean_wait_chips = 1.0 / (constant.sum::<f64>() + excess.sum::<f64>());
+    1.0 / (constant.sum::<f64>() + excess.sum::<f64>())
+}
+
+/// Whether paths of `lit` that move are straight for longer than a photon takes to come, and slow.
+fn check_movements(model: &DetectorModel, lit: &[&DetectorModel]) -> Result<(), OutsideDomain> {
+    let wait_chips = mean_wait_chips(model, lit);
+    for light in lit.iter().flat_map(|lit| &lit.excess) {
+        let Some(movement) = &light.movement else { continue };
+        let (path, rate) = (light.path, movement.steepest());
+        if rate > MOST_RATE {
+            return Err(OutsideDomain::MovesTooQuickly { path, rate, most: MOST_RATE });
+        }
+        if let Some(piece_chips) = movement.piece_chips().filter(|chips| *chips < wait_chips) {
+            return Err(OutsideDomain::MovesTooOften { path, piece_chips });
+        }
+    }
+    Ok(())
+}
+
+/// Of a model, under the light of `lit` together.
+fn check_quickness(model: &DetectorModel, lit: &[&DetectorModel]) -> Result<(), OutsideDomain> {
+    let mean_wait_chips = mean_wait_chips(model, lit);
     let most_chips = MOST_CUTS_PER_PHOTON * f64::from(LONGEST_CHIPS);
     if mean_wait_chips > most_chips {
         return Err(OutsideDomain::TooRare { mean_wait_chips, most_chips });

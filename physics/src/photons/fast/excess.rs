@@ -1,6 +1,8 @@
 //! The excess on-light of one path, by a change of time.
 
 use super::arithmetic::{LANES, LONGEST_WAIT, LaneWords, LookUp, half_lives, to_ticks, wrap};
+use super::domain::PathTable;
+use super::movement::LaneMovement;
 use super::places::{CHIP_BITS, CodePlaces, IN_CHIP, LONGEST_CHIPS, repeated};
 use super::profile::Profile;
 use super::streams::LaneStreams;
@@ -101,20 +103,28 @@ pub struct LaneExcessLight<'t> {
     half_life_ticks: f32,
     /// What comes of candidates, and who decides; none without edges.
     pub edges: Option<(&'t Profile, LaneStreams)>,
+    /// None of a path that keeps its delay.
+    pub movement: Option<LaneMovement<'t>>,
 }
 
 impl<'t> LaneExcessLight<'t> {
-    pub fn new(
-        on_time: &'t OnTime,
-        profile: Option<&'t Profile>,
-        mean_wait_ticks: f64,
-    ) -> LaneExcessLight<'t> {
+    pub fn new(path: &'t PathTable) -> LaneExcessLight<'t> {
         LaneExcessLight {
-            on_time,
+            on_time: &path.on_time,
             streams: LaneStreams::new(),
-            places: CodePlaces::new(on_time.period_chips),
-            half_life_ticks: (mean_wait_ticks * std::f64::consts::LN_2) as f32,
-            edges: profile.map(|profile| (profile, LaneStreams::new())),
+            places: CodePlaces::new(path.on_time.period_chips),
+            half_life_ticks: (path.mean_wait_ticks * std::f64::consts::LN_2) as f32,
+            edges: path.profile.as_deref().map(|profile| (profile, LaneStreams::new())),
+            movement: path.movement.as_ref().map(|(movement, _)| LaneMovement::new(movement)),
+        }
+    }
+
+    /// Goes on, by less than [`LONGEST_CHIPS`].
+    #[inline(always)]
+    pub fn advance(&mut self, elapsed: &LaneWords) {
+        match &mut self.movement {
+            None => self.places.advance(elapsed),
+            Some(movement) => self.places.advance(&movement.code_time(elapsed)),
         }
     }
 
@@ -127,7 +137,10 @@ impl<'t> LaneExcessLight<'t> {
         for lane in 0..LANES {
             on_waits[lane] = to_ticks(half_lives(random[lane]) * self.half_life_ticks);
         }
-        let (elapsed, ends, starts) = self.on_time.until(&self.places, &on_waits);
+        let (mut elapsed, ends, starts) = self.on_time.until(&self.places, &on_waits);
+        if let Some(movement) = &self.movement {
+            movement.arrivals(&mut elapsed);
+        }
         match &mut self.edges {
             None => {
                 for lane in 0..LANES {

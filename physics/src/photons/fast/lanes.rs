@@ -8,6 +8,7 @@ use super::constant::ConstantLight;
 use super::domain::Tables;
 use super::excess::LaneExcessLight;
 use super::members::{LitMembers, Members};
+use super::movement::Pieces;
 use super::places::{LaneTimes, round_ticks, ticks, ticks_of_chips};
 use crate::photons::DetectorModel;
 use crate::photons::random::{RandomStream, StreamKey, scatter};
@@ -20,6 +21,8 @@ use crate::photons::random::{RandomStream, StreamKey, scatter};
 pub struct Lanes<'t> {
     tables: &'t Tables,
     paths: Vec<LaneExcessLight<'t>>,
+    /// None where all paths keep their delays.
+    pieces: Option<Pieces>,
     /// `None` if there is none, as for afterpulses: a part that does not exist
     /// costs nothing, and does as much as one of infinite waits.
     constant: Option<ConstantLight>,
@@ -39,12 +42,11 @@ const ITERATIONS_TO_SHRINK: u32 = 256;
 
 impl<'t> Lanes<'t> {
     pub fn new(model: &DetectorModel, tables: &'t Tables) -> Lanes<'t> {
-        let path = |path: &'t super::domain::PathTable| {
-            LaneExcessLight::new(&path.on_time, path.profile.as_deref(), path.mean_wait_ticks)
-        };
+        let moves = tables.paths.iter().any(|path| path.movement.is_some());
         Lanes {
             tables,
-            paths: tables.paths.iter().map(path).collect(),
+            paths: tables.paths.iter().map(LaneExcessLight::new).collect(),
+            pieces: moves.then(Pieces::new),
             constant: tables
                 .constant_wait_ticks
                 .is_finite()
@@ -107,7 +109,14 @@ impl<'t> Lanes<'t> {
                 streams.restart(lane, key.hash(RandomStream::Path(scatter(table.number, 1))));
             }
             let position = model.code_position(key.repetition, key.group, table.code_chips);
-            path.places.set(lane, ticks_of_chips(position) + start - table.delay_ticks);
+            let origin = ticks_of_chips(position) - table.delay_ticks;
+            path.places.set(lane, origin + start);
+            if let (Some(path), Some((_, number))) = (&mut path.movement, &table.movement) {
+                path.start(lane, model, key, *number, origin);
+            }
+        }
+        if let Some(pieces) = &mut self.pieces {
+            pieces.begin(lane, start, &mut self.paths);
         }
         if let Some(constant) = &mut self.constant {
             constant.streams.restart(lane, shared.hash(RandomStream::ConstantLight));
@@ -139,6 +148,9 @@ impl<'t> Lanes<'t> {
         }
         let mut waits = LaneWords::all(LONGEST_WAIT);
         let mut cuts = LaneWords::all(self.tables.longest_wait_ticks);
+        if let Some(pieces) = &self.pieces {
+            pieces.cut(&mut cuts);
+        }
         if let Some(members) = &mut self.members {
             members.choose();
         }
@@ -156,17 +168,32 @@ impl<'t> Lanes<'t> {
         if let Some(members) = &mut self.members {
             members.aim(&self.tables.constant_target, &before, &waits);
             (self.elapsed, self.fired) = members.arrive(&waits, &cuts);
-            for path in &mut self.paths {
-                path.places.advance(&self.elapsed);
-            }
+            let elapsed = self.elapsed;
+            self.advance_light(&elapsed);
             self.iterations = self.iterations.wrapping_add(1);
-            if self.iterations.is_multiple_of(ITERATIONS_TO_SHRINK) {
+            if let Some(members) = &mut self.members
+                && self.iterations.is_multiple_of(ITERATIONS_TO_SHRINK)
+            {
                 members.shrink();
             }
         } else {
             self.fire(&waits, &cuts);
         }
         self.clock.advance(&self.elapsed);
+    }
+
+    /// All light goes on.
+    #[inline(always)]
+    fn advance_light(&mut self, elapsed: &LaneWords) {
+        for path in &mut self.paths {
+            path.advance(elapsed);
+        }
+        if let Some(pieces) = &mut self.pieces {
+            pieces.clock.advance(elapsed);
+            if pieces.clock.any_at_border() {
+                pieces.go_on(&mut self.paths);
+            }
+        }
     }
 
     /// The detector fires at the end of a wait, and is blind from then on.
@@ -182,9 +209,7 @@ impl<'t> Lanes<'t> {
             self.fired[lane] = u32::from(fires);
             until_ready[lane] = wait.wrapping_add(if fires { dead_time } else { 0 });
         }
-        for path in &mut self.paths {
-            path.places.advance(&until_ready);
-        }
+        self.advance_light(&until_ready);
         if let Some(afterpulses) = &mut self.afterpulses {
             afterpulses.decay(&until_ready, &self.fired);
         }

@@ -12,6 +12,7 @@
 //!   have no memory; long waits are cut, for the same reason.
 //! - `excess`: the light's change of time, one exponential per arrival.
 //! - `profile`: light with edges, thinned.
+//! - `movement`: a path that moves, in straight pieces, each with a time of its own.
 //! - `afterpulses`: all that are pending are one decaying mass.
 //! - `sign`: jitter, delays and transition are a probability near edges, and
 //!   nothing elsewhere; or jitter is drawn.
@@ -36,6 +37,7 @@ mod excess;
 mod instruction_set;
 mod lanes;
 mod members;
+mod movement;
 pub(crate) mod normal;
 mod overlaps;
 mod places;
