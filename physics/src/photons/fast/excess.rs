@@ -1,11 +1,11 @@
 //! The excess on-light of one path, by a change of time.
 
 use super::arithmetic::{LANES, LONGEST_WAIT, LaneWords, LookUp, half_lives, to_ticks, wrap};
-use super::domain::PathTable;
 use super::movement::LaneMovement;
 use super::places::{CHIP_BITS, CodePlaces, IN_CHIP, LONGEST_CHIPS, repeated};
 use super::profile::Profile;
 use super::streams::LaneStreams;
+use crate::photons::movement::PathMovement;
 
 /// Lower bits of a start: its chip. Those above are the pattern of a profile.
 const START_BITS: u32 = 22;
@@ -108,14 +108,19 @@ pub struct LaneExcessLight<'t> {
 }
 
 impl<'t> LaneExcessLight<'t> {
-    pub fn new(path: &'t PathTable) -> LaneExcessLight<'t> {
+    pub fn new(
+        on_time: &'t OnTime,
+        profile: Option<&'t Profile>,
+        mean_wait_ticks: f64,
+        movement: Option<&'t PathMovement>,
+    ) -> LaneExcessLight<'t> {
         LaneExcessLight {
-            on_time: &path.on_time,
+            on_time,
             streams: LaneStreams::new(),
-            places: CodePlaces::new(path.on_time.period_chips),
-            half_life_ticks: (path.mean_wait_ticks * std::f64::consts::LN_2) as f32,
-            edges: path.profile.as_deref().map(|profile| (profile, LaneStreams::new())),
-            movement: path.movement.as_ref().map(|(movement, _)| LaneMovement::new(movement)),
+            places: CodePlaces::new(on_time.period_chips),
+            half_life_ticks: (mean_wait_ticks * std::f64::consts::LN_2) as f32,
+            edges: profile.map(|profile| (profile, LaneStreams::new())),
+            movement: movement.map(LaneMovement::new),
         }
     }
 

@@ -8,7 +8,7 @@ use super::constant::ConstantLight;
 use super::domain::Tables;
 use super::excess::LaneExcessLight;
 use super::members::{LitMembers, Members};
-use super::movement::Pieces;
+use super::pieces::Pieces;
 use super::places::{LaneTimes, round_ticks, ticks, ticks_of_chips};
 use crate::photons::DetectorModel;
 use crate::photons::random::{RandomStream, StreamKey, scatter};
@@ -42,10 +42,19 @@ const ITERATIONS_TO_SHRINK: u32 = 256;
 
 impl<'t> Lanes<'t> {
     pub fn new(model: &DetectorModel, tables: &'t Tables) -> Lanes<'t> {
+        let path = |path: &'t super::domain::PathTable| {
+            let movement = path.movement.as_ref().map(|(movement, _)| movement);
+            LaneExcessLight::new(
+                &path.on_time,
+                path.profile.as_deref(),
+                path.mean_wait_ticks,
+                movement,
+            )
+        };
         let moves = tables.paths.iter().any(|path| path.movement.is_some());
         Lanes {
             tables,
-            paths: tables.paths.iter().map(LaneExcessLight::new).collect(),
+            paths: tables.paths.iter().map(path).collect(),
             pieces: moves.then(Pieces::new),
             constant: tables
                 .constant_wait_ticks

@@ -40,6 +40,7 @@ mod members;
 mod movement;
 pub(crate) mod normal;
 mod overlaps;
+mod pieces;
 mod places;
 mod profile;
 mod record;

@@ -5,8 +5,7 @@
 //! where a piece ends, which is exact, and there the place in the code is set anew: no error grows.
 
 use super::arithmetic::{Floats, LANES, LaneWords, to_signed_ticks};
-use super::excess::LaneExcessLight;
-use super::places::{CHIP_BITS, CHIP_TICKS, IN_CHIP, LONGEST_CHIPS, LaneTimes, ticks};
+use super::places::{CHIP_BITS, CHIP_TICKS, IN_CHIP, LONGEST_CHIPS, ticks};
 use crate::photons::DetectorModel;
 use crate::photons::movement::{PathMovement, Trajectory};
 use crate::photons::random::StreamKey;
@@ -18,9 +17,7 @@ pub const MOST_RATE: f64 = 1.0 / 256.0;
 /// that makes, for clocks that drift for longer than [`PathMovement::steepest`] looks ahead.
 pub const SLACK_CHIPS: u32 = LONGEST_CHIPS / 64 + 2;
 /// A straight piece is a curve's chord, which is off by no more: a quarter of a tick.
-pub const BEND_CHIPS: f64 = 0.25 / CHIP_TICKS as f64;
-/// The most chips of a lane's clock, and less.
-const LONGEST_PIECE_CHIPS: f64 = (1 << 30) as f64;
+const BEND_CHIPS: f64 = 0.25 / CHIP_TICKS as f64;
 /// What the rate's 24 bits leave out, as a share of it.
 const ROUNDING: f64 = f32::EPSILON as f64 / 2.0;
 
@@ -62,6 +59,22 @@ impl<'t> LaneMovement<'t> {
         self.origins[lane] = origin;
     }
 
+    /// Begins a lane's next straight piece at a time, in ticks. Gives the place in the code there, in ticks, and how
+    /// long the piece is, in chips; none of an idle lane.
+    pub fn begin(&mut self, lane: usize, now: i64) -> Option<(i64, f64)> {
+        let time = ChipTime {
+            chip: now >> CHIP_BITS,
+            fraction: f64::from(now as u32 & IN_CHIP) / f64::from(CHIP_TICKS),
+        };
+        let piece = self.trajectories[lane].as_mut()?.piece(time, BEND_CHIPS);
+        let late = ticks(piece.displacement_chips);
+        self.rates[lane] = piece.rate as f32;
+        self.rests[lane] = (late - late.round()) as f32;
+        let exact_chips = BEND_CHIPS / (ROUNDING * piece.rate.abs());
+        let place = self.origins[lane] + now - late.round() as i64;
+        Some((place, piece.length_chips.min(exact_chips)))
+    }
+
     /// Waits in the clock's time, of waits in the code's.
     #[inline(always)]
     pub fn arrivals(&self, waits: &mut LaneWords) {
@@ -83,68 +96,6 @@ impl<'t> LaneMovement<'t> {
             own[lane] = elapsed[lane].wrapping_sub(whole as u32);
         }
         own
-    }
-}
-
-/// Straight pieces of the delays of all paths that move.
-#[derive(Debug, Clone)]
-pub struct Pieces {
-    /// When the present one ends.
-    ends: [i64; LANES],
-    /// The time, before or after that.
-    pub clock: LaneTimes,
-}
-
-impl Pieces {
-    pub fn new() -> Pieces {
-        Pieces { ends: [0; LANES], clock: LaneTimes::new() }
-    }
-
-    /// No wait is longer than the piece.
-    #[inline(always)]
-    pub fn cut(&self, cuts: &mut LaneWords) {
-        for lane in 0..LANES {
-            let chips = 0_u32.wrapping_sub(self.clock.chips[lane]).min(LONGEST_CHIPS);
-            let left = (chips << CHIP_BITS).wrapping_sub(self.clock.fractions[lane]);
-            cuts[lane] = cuts[lane].min(left);
-        }
-    }
-
-    /// The lane's next piece begins at a time, in ticks.
-    pub fn begin(&mut self, lane: usize, now: i64, paths: &mut [LaneExcessLight]) {
-        let time = ChipTime {
-            chip: now >> CHIP_BITS,
-            fraction: f64::from(now as u32 & IN_CHIP) / f64::from(CHIP_TICKS),
-        };
-        let mut chips = LONGEST_PIECE_CHIPS;
-        for path in paths {
-            let Some(LaneMovement { trajectories, origins, rates, rests, .. }) = &mut path.movement
-            else {
-                continue;
-            };
-            let Some(trajectory) = &mut trajectories[lane] else { continue };
-            let piece = trajectory.piece(time, BEND_CHIPS);
-            let late = ticks(piece.displacement_chips);
-            path.places.set(lane, origins[lane] + now - late.round() as i64);
-            rates[lane] = piece.rate as f32;
-            rests[lane] = (late - late.round()) as f32;
-            chips = chips.min(piece.length_chips).min(BEND_CHIPS / (ROUNDING * piece.rate.abs()));
-        }
-        // To the next whole tick, or it would never end.
-        let length = ticks(chips).ceil().max(1.0) as i64;
-        self.ends[lane] = now + length;
-        self.clock.set(lane, -length);
-    }
-
-    /// Begins the next piece in each lane whose last one has ended.
-    #[cold]
-    #[inline(never)]
-    pub fn go_on(&mut self, paths: &mut [LaneExcessLight]) {
-        for lane in 0..LANES {
-            if self.clock.is_at_border(lane) {
-                self.begin(lane, self.ends[lane] + self.clock.ticks(lane), paths);
-            }
-        }
     }
 }
 
