@@ -112,6 +112,11 @@ impl PathMovement {
         PathMovement { delay_rate: 0.0, fluctuation: None, slip: None }
     }
 
+    /// Whether it is [none](PathMovement::none).
+    pub fn is_none(&self) -> bool {
+        self.delay_rate == 0.0 && self.fluctuation.is_none() && self.slip.is_none()
+    }
+
     /// How quickly the delay changes, at most: 14 standard deviations of the fluctuation, and a clock that
     /// drifts for hours.
     pub fn steepest(&self) -> f64 {

@@ -239,7 +239,7 @@ impl Tables {
             false => Some(member_tables(model, &members)?),
         };
         let blind_chips = if members.is_some() { 0 } else { dead_time_chips };
-        let moves = paths.iter().any(|path| path.movement.is_some());
+        let moves = paths.iter().filter_map(|path| path.movement.as_ref()).any(|m| !m.0.is_none());
         let slack_chips = if moves { SLACK_CHIPS } else { 0 };
         let step_chips = model.timing.scan.integration_chips as f64;
         let least_chips = (LONG_DEAD_TIMES * model.dead_time_chips).max(LONG_SHARE * step_chips);
