@@ -162,14 +162,13 @@ fn swept() -> Vec<Sweep> {
         };
         values.iter().map(|&ns| (ns, vec![setting(ns)])).collect()
     };
-    let movements: [&[&str]; 4] = [
+    let movements: [&[&str]; 3] = [
         &["path.velocity=0 m/s"],
         &["path.velocity=5 m/s"],
         &[
             "path.velocity=5 m/s",
             "path.fluctuation={ std = \"5 mm\", correlation_time = \"1 ms\" }",
         ],
-        &["source.clock_offset=20 ppm", "source.clock_drift=0.1 ppm/s"],
     ];
     let movements = movements.map(|settings| settings.iter().map(|s| s.to_string()).collect());
     let recharge = ["active", "passive"].map(|law| (0.0, vec![format!("detector.recharge={law}")]));

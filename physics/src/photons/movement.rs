@@ -11,7 +11,7 @@
 //! values are independent (their true correlation is below 10^-13); between them
 //! each value is drawn given its two neighbours of the coarser level, which for a
 //! Markov process is exact. A value's random number has the number of its place,
-//! so any time is reached in 14 draws, and nothing is stored.
+//! so any time is reached in 14 draws, and the next cell in two or three.
 
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -159,25 +159,32 @@ impl Fluctuation {
         Fluctuation { std_chips, cell_chips: cell_chips as i64, levels }
     }
 
-    /// Values at the start and at the end of a cell.
-    fn ends_of_cell(&self, stream: u64, cell: i64) -> [f64; 2] {
-        let mut width = 1_i64 << LEVELS;
-        let mut start = cell & -width;
-        let independent = |place: i64| self.std_chips * normal(stream, place);
-        let mut ends = [independent(start), independent(start.wrapping_add(width))];
-        for bridge in &self.levels {
-            width /= 2;
-            let middle = start + width;
-            let value =
-                bridge.weight * (ends[0] + ends[1]) + bridge.deviation * normal(stream, middle);
-            if cell < middle {
-                ends[1] = value;
-            } else {
-                ends[0] = value;
-                start = middle;
-            }
+    /// Values at the start and at the end of a cell, and of the longer ones round it. Of those round the cell
+    /// `before`, if there was one, only what differs is drawn: two levels of a cell behind it, on average.
+    fn enter(
+        &self,
+        stream: u64,
+        cell: i64,
+        before: Option<i64>,
+        ends: &mut [[f64; 2]; LEVELS + 1],
+    ) {
+        let alike = before.map_or(0, |before| {
+            let unlike = 64 - (cell ^ before).leading_zeros() as usize;
+            (LEVELS + 1).saturating_sub(unlike)
+        });
+        let width = 1_i64 << LEVELS;
+        if alike == 0 {
+            let start = cell & -width;
+            let independent = |place: i64| self.std_chips * normal(stream, place);
+            ends[0] = [independent(start), independent(start.wrapping_add(width))];
         }
-        ends
+        for level in alike.saturating_sub(1)..LEVELS {
+            let bridge = &self.levels[level];
+            let middle = (cell & -(width >> level)) + (width >> (level + 1));
+            let [start, end] = ends[level];
+            let value = bridge.weight * (start + end) + bridge.deviation * normal(stream, middle);
+            ends[level + 1] = if cell < middle { [start, value] } else { [value, end] };
+        }
     }
 }
 
@@ -205,9 +212,9 @@ pub struct Trajectory<'m> {
     origin: i64,
     /// Chips from the first scan's start to time 0.
     first_origin: f64,
-    /// The cell that was asked for last, and the values at its ends.
-    cell: i64,
-    ends: [f64; 2],
+    /// The cell that was asked for last, and the values at its ends, behind those of the longer ones round it.
+    cell: Option<i64>,
+    ends: [[f64; 2]; LEVELS + 1],
 }
 
 impl<'m> Trajectory<'m> {
@@ -219,16 +226,14 @@ impl<'m> Trajectory<'m> {
         path: u64,
         origin: i64,
     ) -> Trajectory<'m> {
-        let mut trajectory = Trajectory {
+        Trajectory {
             movement,
             stream: key.hash_of_movement(path),
             origin,
             first_origin: origin as f64,
-            cell: 0,
-            ends: [0.0; 2],
-        };
-        trajectory.enter_cell(0);
-        trajectory
+            cell: None,
+            ends: [[0.0; 2]; LEVELS + 1],
+        }
     }
 
     /// The same, if its own origin is chip `first` of all.
@@ -236,11 +241,14 @@ impl<'m> Trajectory<'m> {
         Trajectory { first_origin: first.0 as f64, ..self }
     }
 
-    fn enter_cell(&mut self, cell: i64) {
-        if let Some(fluctuation) = &self.movement.fluctuation {
-            self.cell = cell;
-            self.ends = fluctuation.ends_of_cell(self.stream, cell);
+    /// The values at both ends of a cell.
+    #[inline]
+    fn ends_of(&mut self, fluctuation: &Fluctuation, cell: i64) -> [f64; 2] {
+        if self.cell != Some(cell) {
+            fluctuation.enter(self.stream, cell, self.cell, &mut self.ends);
+            self.cell = Some(cell);
         }
+        self.ends[LEVELS]
     }
 
     /// Displacement of the light that arrives at `time`.
@@ -252,16 +260,14 @@ impl<'m> Trajectory<'m> {
         if let Some(slip) = &self.movement.slip {
             drift += slip.delay(self.first_origin + time.chip as f64 + time.fraction);
         }
-        let Some(fluctuation) = &self.movement.fluctuation else {
+        let movement = self.movement;
+        let Some(fluctuation) = &movement.fluctuation else {
             return drift;
         };
         let cell_chips = fluctuation.cell_chips;
-        let cell = chip.div_euclid(cell_chips);
-        if cell != self.cell {
-            self.enter_cell(cell);
-        }
+        let ends = self.ends_of(fluctuation, chip.div_euclid(cell_chips));
         let inside = (chip.rem_euclid(cell_chips) as f64 + time.fraction) / cell_chips as f64;
-        drift + self.ends[0] + inside * (self.ends[1] - self.ends[0])
+        drift + ends[0] + inside * (ends[1] - ends[0])
     }
 
     /// The straight piece that begins at a time: to the fluctuation's next value, or until the drift of the clock
@@ -274,7 +280,8 @@ impl<'m> Trajectory<'m> {
             let cell_chips = fluctuation.cell_chips;
             let chip = self.origin.saturating_add(time.chip);
             length_chips = (cell_chips - chip.rem_euclid(cell_chips)) as f64 - time.fraction;
-            rate += (self.ends[1] - self.ends[0]) / cell_chips as f64;
+            let [start, end] = self.ends[LEVELS];
+            rate += (end - start) / cell_chips as f64;
         }
         if let Some(slip) = &self.movement.slip {
             // Of a parabola's chord.
@@ -382,6 +389,10 @@ mod tests {
         for chip in (-3_000..3_000).rev() {
             let found = backwards.displacement(time(chip - 777));
             assert_eq!(found, walked[(chip + 3_000) as usize]);
+        }
+        for chip in (-3_000..3_000).step_by(7) {
+            let mut at_once = Trajectory::new(&movement, &KEY, 3, 1_000_000);
+            assert_eq!(at_once.displacement(time(chip)), walked[(chip + 3_000) as usize]);
         }
         let others = [
             Trajectory::new(&movement, &KEY, 2, 1_000_000),
