@@ -188,7 +188,7 @@ fn read(path: &Path) -> Value {
     serde_json::from_str(&text).expect("JSON")
 }
 
-/// Few clocks more would find every fault; what these leave open, no time is spent on.
+/// A few clocks more would find every fault; no time is spent on what these leave open.
 const GRADE: [&str; 10] = [
     "grade",
     "scenes/quick.toml",

@@ -328,7 +328,7 @@ fn light_of_moving_paths_agrees() {
         let scan_chips = Sensor::new(&scene).timing().first_chip(1, Group(0)).0;
         scene.sources[0].clock.offset = periods * 31.0 / scan_chips as f64;
         scene.detectors[0].recharge = recharge;
-        let comparison = Comparison::of(&scene, repeated(200, 400));
+        let comparison = Comparison::of(&scene, repeated(200, 4_000));
         comparison.assert_same_distribution(&format!("{velocity_m_per_s} m/s, {periods}"));
     }
 }

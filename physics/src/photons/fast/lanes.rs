@@ -5,7 +5,7 @@ use rand::RngExt;
 use super::afterpulses::Afterpulses;
 use super::arithmetic::{Floats, LANES, LONGEST_WAIT, LaneWords, to_ticks};
 use super::constant::ConstantLight;
-use super::domain::Tables;
+use super::domain::{PathTable, Tables};
 use super::excess::LaneExcessLight;
 use super::members::{LitMembers, Members};
 use super::pieces::Pieces;
@@ -42,7 +42,7 @@ const ITERATIONS_TO_SHRINK: u32 = 256;
 
 impl<'t> Lanes<'t> {
     pub fn new(model: &DetectorModel, tables: &'t Tables) -> Lanes<'t> {
-        let path = |path: &'t super::domain::PathTable| {
+        let path = |path: &'t PathTable| {
             let movement = path.movement.as_ref().map(|(movement, _)| movement);
             LaneExcessLight::new(
                 &path.on_time,

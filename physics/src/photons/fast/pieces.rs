@@ -4,7 +4,7 @@ use super::arithmetic::{LANES, LaneWords};
 use super::excess::LaneExcessLight;
 use super::places::{CHIP_BITS, LONGEST_CHIPS, LaneTimes, ticks};
 
-/// The most chips of a lane's clock, and less.
+/// Half of what a lane's clock counts.
 const LONGEST_PIECE_CHIPS: f64 = (1 << 30) as f64;
 
 /// Straight pieces of the delays of all paths that move.
