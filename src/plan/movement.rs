@@ -1,7 +1,9 @@
 //! Paths that move: kept or left out.
 
 use super::Part;
-use crate::scene::{Path, PathIndex, Source};
+use crate::photons::DetectorModel;
+use crate::photons::fast::{OutsideDomain, StepCounter};
+use crate::scene::{DetectorIndex, Path, PathIndex, Source};
 use crate::sensor::Sensor;
 use goldtof_hardware::parts::{kept, left_out};
 
@@ -13,12 +15,29 @@ pub(super) fn part(sensor: &Sensor) -> Part {
     let clocks = sensor.scene().sources.iter().filter_map(describe_clock);
     let moving: Vec<String> = paths.chain(clocks).collect();
     if moving.is_empty() {
-        return left_out(
-            PART,
-            "every path keeps its delay: phase steps run side by side in vector lanes",
-        );
+        return left_out(PART, "every path keeps its delay");
     }
-    kept(PART, format!("{}; photon by photon, in the plain loop", moving.join(", ")))
+    let moving = moving.join(", ");
+    kept(
+        PART,
+        moving
+            + &by_plain_loop(sensor)
+                .map_or_else(String::new, |why| format!("; photon by photon: {why}")),
+    )
+}
+
+/// Why movement keeps a detector from the vector lanes, if it does.
+fn by_plain_loop(sensor: &Sensor) -> Option<OutsideDomain> {
+    DetectorIndex::of(&sensor.scene().detectors)
+        .filter_map(|detector| {
+            StepCounter::new(&DetectorModel::new(sensor, detector)).outside_domain()
+        })
+        .find(|why| {
+            matches!(
+                why,
+                OutsideDomain::MovesTooOften { .. } | OutsideDomain::MovesTooQuickly { .. }
+            )
+        })
 }
 
 /// A clock of its own in words.
