@@ -5,7 +5,7 @@ use goldtof::photons::DetectorModel;
 use goldtof::photons::fast::{OutsideDomain, Recorder, StepCounter};
 use goldtof::scan::Group;
 use goldtof::scene::{
-    CellOutputs, Combination, Crosstalk, Detector, DetectorIndex, Path, Recharge, Scene,
+    CellOutputs, Combination, Crosstalk, Detector, DetectorIndex, Movement, Path, Recharge, Scene,
 };
 use goldtof::sensor::Sensor;
 use optics_support::compared::{
@@ -155,6 +155,14 @@ fn lanes_agree(photons: f64) {
             let scene = row(rate, photons, number, is_alike, heard);
             cases.push((format!("{number} detectors, {heard:?}, {rate:e}"), scene));
         }
+    }
+    // A third of them with paths that go their own ways, by half a chip and more.
+    for (name, (scene, _)) in cases.iter_mut().skip(1).step_by(3) {
+        for (place, path) in scene.paths.iter_mut().enumerate() {
+            let velocity_m_per_s = [3_000.0, -2_000.0, 700.0, -5_000.0, 1_500.0][place];
+            path.movement = Some(Movement { velocity_m_per_s, fluctuation: None });
+        }
+        *name += ", moving";
     }
     let cases: Vec<_> = cases.into_iter().enumerate().collect();
     let number = cases.len();
