@@ -398,8 +398,8 @@ impl DetectorModel {
     }
 
     /// Its next scan begins `chips` after its first one, with phase step `first_step` at group `group`, and with the
-    /// codes' first chips. Light and movement go on: groups of other numbers have random numbers of their own. The plain
-    /// loop knows of it, of repetition 0 and one phase step at a time; the vector lanes leave it alone.
+    /// codes' first chips. Light and movement go on: groups of other numbers have random numbers of their own. It is of
+    /// sensors that count one phase step at a time, and its random numbers may be of any repetition.
     pub fn begin_scan(&mut self, group: Group, first_step: u64, chips: u64) {
         let scan = &mut self.timing.scan;
         let before = group.0 % scan.steps_per_period;

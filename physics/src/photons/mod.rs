@@ -61,6 +61,6 @@ pub use dead_time::DeadTime;
 pub use detector::DetectorModel;
 pub use full::OptionalPart;
 pub use registration::Detection;
-pub use sampled::{Level, Pulse, PulseStream, pulses_of_group};
+pub use sampled::{Level, Pulse, PulseStream};
 pub use shape::{LightGate, PulseShape, Strand};
 pub use step::{GroupDetections, StepDetections};

@@ -273,28 +273,13 @@ fn next_group(
     last: Option<Group>,
 ) -> Option<(u64, Group)> {
     let next = Group(group.0 + 1);
-    if last == Some(next) {
-        return None;
+    if let Some(last) = last {
+        return (next < last).then_some((repetition, next));
     }
     if next.0 < model.timing.groups() {
         return Some((repetition, next));
     }
     model.timing.is_gapless().then_some((repetition + 1, Group(0)))
-}
-
-/// The pulses of one group alone from the plain loop, in order; `start` is its first sample. A list: what is drawn
-/// one by one is compiled again, and without optimisation in tests, wherever it is asked for.
-pub fn pulses_of_group(
-    model: &DetectorModel,
-    seed: u64,
-    repetition: u64,
-    group: Group,
-    start: Sample,
-) -> Vec<Pulse> {
-    let detections = model.step(seed, repetition, group);
-    let pulses =
-        detections.map(|detection| sample((detection, model.pulse_width_chips), model, start));
-    pulses.filter(|pulse| pulse.first < pulse.end).collect()
 }
 
 /// The samples of a detection's pulse in a group that starts at `start`.

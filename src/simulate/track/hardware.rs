@@ -204,10 +204,7 @@ impl<'m> Targets<'m> {
                 return Err(self.differs(number, shown, format!("one after {}", scan.chips)));
             }
             let start = sampling.first_sample(first_word);
-            self.ahead.extend(windows.pulses(scan.steps, scan.chips, scan.lit).map(|mut pulse| {
-                pulse.shift(start);
-                pulse
-            }));
+            self.ahead.extend(windows.pulses(scan.steps, scan.chips, scan.lit, start));
             let decided = first_word + self.scan_clocks(scan) + self.decision_clocks();
             self.advance(decided, Vec::new(), Vec::new());
             let position = self.ask(Request::Read { address: self.registers.position_address() });

@@ -19,14 +19,13 @@ use self::hardware::Targets;
 pub use self::report::TrackReport;
 use self::run::{Course, TrackOutcome, TrackRun, TrackedScan};
 use self::theory::MeanPeak;
-use self::windows::Windows;
+use self::windows::{TargetLight, Windows};
 use super::effort::{self, TooMuch};
 use super::scans::{PreparedTier, ScansError};
 use super::{SimulateOptions, Tier};
 use crate::cosim::engine::Engine;
 use crate::estimate::coverage::steps_outside;
 use crate::estimate::{CountingTier, calibration_offset_ps, distance_m};
-use crate::photons::DetectorModel;
 use crate::photons::random::scatter;
 use crate::reference::predictor::ReferenceError;
 use crate::reference::tracking::Follower;
@@ -258,8 +257,9 @@ impl<'s> Tracking<'s> {
         let settling = (5.0 / gain).ceil() as u64;
         let steps = course.steps + (settling + updates) * course.window_steps;
         self.check_effort(self.tier, targets, steps)?;
-        let model = DetectorModel::new(self.sensor, DETECTOR);
-        let photons = |number| Windows::new(&model, self.counting(), self.seed, number);
+        let light = TargetLight::of(self.sensor, DETECTOR);
+        let counters = light.counters();
+        let photons = |number| Windows::new(&counters, self.counting(), self.seed, number);
         let outcomes: Vec<TrackOutcome> = (0..targets)
             .into_par_iter()
             .map(|number| {
@@ -326,9 +326,10 @@ impl<'s> Tracking<'s> {
                 scene.paths[self.path].movement =
                     Some(Movement { velocity_m_per_s: velocity, fluctuation: None });
             });
-            let model = DetectorModel::new(&sensor, DETECTOR);
+            let light = TargetLight::of(&sensor, DETECTOR);
+            let counters = light.counters();
             (0..TARGETS).into_par_iter().all(|number| {
-                let windows = Windows::new(&model, self.counting(), self.seed, number);
+                let windows = Windows::new(&counters, self.counting(), self.seed, number);
                 let run = TrackRun::new(
                     self.course(velocity),
                     windows,
@@ -437,8 +438,10 @@ mod tests {
         assert!((0.0..step_m / 256.0).contains(&(exact - read)), "{read} {exact}");
 
         let tracking = Tracking::new(&sensor, &Tier::Rtl.scans(1)).expect("it can be simulated");
-        let model = DetectorModel::new(&sensor, DETECTOR);
-        let photons = |number| Windows::new(&model, CountingTier::Sampled, tracking.seed, number);
+        let light = TargetLight::of(&sensor, DETECTOR);
+        let counters = light.counters();
+        let photons =
+            |number| Windows::new(&counters, CountingTier::Sampled, tracking.seed, number);
         let follower = Follower::new(tracking.plan, tracking.setting());
         let run = TrackRun::new(tracking.course(40.0), photons(0), follower).read();
         let mut scans = run.acquire_and_follow(1, 1, 0).scans;

@@ -46,9 +46,6 @@ pub enum OutsideDomain {
         /// The most of the lanes.
         most: f64,
     },
-    /// Scans that do not follow one another.
-    #[error("scans begin when they like; the lanes take those that follow one another")]
-    Anchored,
     /// The tables would fill the memory.
     #[error("a code has {chips} chips; the lanes take up to {limit}")]
     CodeTooLong {
@@ -204,9 +201,6 @@ pub struct PathTable {
 impl Tables {
     /// The tables of a model, or why there are none.
     pub fn new(model: &DetectorModel) -> Result<Tables, OutsideDomain> {
-        if model.anchor.is_some() {
-            return Err(OutsideDomain::Anchored);
-        }
         let members = model.members();
         // Light that falls on all cells is that of the detector.
         let lit = if model.pixel.is_some() { vec![model] } else { members.clone() };

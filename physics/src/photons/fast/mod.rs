@@ -51,6 +51,7 @@ mod threads;
 
 use std::num::NonZero;
 use std::ops::Range;
+use std::sync::Arc;
 use std::thread::available_parallelism;
 
 pub use domain::OutsideDomain;
@@ -103,7 +104,7 @@ pub fn count_steps_on_all_cores(
 #[derive(Debug, Clone)]
 pub struct Recorder<'m> {
     model: &'m DetectorModel,
-    tables: Result<Tables, OutsideDomain>,
+    tables: Result<Arc<Tables>, OutsideDomain>,
     instruction_set: InstructionSet,
 }
 
@@ -115,7 +116,14 @@ const LEAST_LANES: usize = 4;
 impl<'m> Recorder<'m> {
     /// Makes the tables of a model, and chooses the best instruction set.
     pub fn new(model: &'m DetectorModel) -> Recorder<'m> {
-        Recorder { model, tables: Tables::new(model), instruction_set: InstructionSet::best() }
+        let tables = Tables::new(model).map(Arc::new);
+        Recorder { model, tables, instruction_set: InstructionSet::best() }
+    }
+
+    /// The same for a scan of its own: `model` differs from the recorder's in that
+    /// [one has begun](DetectorModel::begin_scan).
+    pub fn of_scan<'s>(&self, model: &'s DetectorModel) -> Recorder<'s> {
+        Recorder { model, tables: self.tables.clone(), instruction_set: self.instruction_set }
     }
 
     /// Uses another instruction set.
@@ -182,7 +190,7 @@ impl<'m> Recorder<'m> {
 pub struct StepCounter<'m> {
     recorder: Recorder<'m>,
     /// `None` where counts are of recorded detections, one by one.
-    sign: Option<SignTable>,
+    sign: Option<Arc<SignTable>>,
 }
 
 impl<'m> StepCounter<'m> {
@@ -192,7 +200,17 @@ impl<'m> StepCounter<'m> {
         let makes_level = model.pixel.as_ref().filter(|pixel| pixel.law.edges() == 1);
         let is_counted = makes_level.is_none_or(|pixel| overlaps::pay(model, pixel));
         let sign = if is_counted { domain::sign_table(model) } else { None };
-        StepCounter { recorder: Recorder::new(model), sign }
+        StepCounter { recorder: Recorder::new(model), sign: sign.map(Arc::new) }
+    }
+
+    /// The same for a scan of its own, as [`Recorder::of_scan`].
+    pub fn of_scan<'s>(&self, model: &'s DetectorModel) -> StepCounter<'s> {
+        StepCounter { recorder: self.recorder.of_scan(model), sign: self.sign.clone() }
+    }
+
+    /// What it counts of.
+    pub fn recorder(&self) -> &Recorder<'m> {
+        &self.recorder
     }
 
     /// Uses another instruction set.
