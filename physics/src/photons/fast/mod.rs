@@ -396,7 +396,7 @@ mod tests {
 
         let left_out = StepCounter::new(&without);
         let mut drawn = left_out.clone();
-        let sign = drawn.sign.as_mut().expect("the lanes can do it");
+        let sign = Arc::make_mut(drawn.sign.as_mut().expect("the lanes can do it"));
         assert!(!sign.is_random);
         sign.is_random = true;
         assert_eq!(counts(&left_out), counts(&drawn));
