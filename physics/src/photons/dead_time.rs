@@ -40,6 +40,18 @@ impl DeadTime {
         }
     }
 
+    /// Share by which the mean slope of [`DeadTime::detected`], which is what further light adds, differs from the slope at a
+    /// mean `primary` rate that varies: half of the slope's curvature over it times the variance, to the second order.
+    pub fn slope_changed_by(self, primary: f64, variance: f64) -> f64 {
+        let in_dead_time = primary * self.length;
+        let curvature = match self.is_prolonged {
+            false => 3.0 / (1.0 + in_dead_time).powi(2),
+            true => 0.5 * (3.0 - in_dead_time) / (1.0 - in_dead_time),
+        };
+        // No light that varies changes anything, even where the slope is none.
+        if variance > 0.0 { curvature * variance * self.length * self.length } else { 0.0 }
+    }
+
     /// The primary rate of a `detected` one, the inverse of [`DeadTime::detected`]: the lower one
     /// of two where arrivals prolong the dead time, and 1 / D for more than can be detected.
     pub fn primary(self, detected: f64) -> f64 {
@@ -82,6 +94,27 @@ mod tests {
         assert!((dead_time.primary(detected) - 50e6).abs() < 1e-3);
         // A rate that no such detector has.
         assert!((dead_time.primary(1e9) - 20e9).abs() < 1.0);
+    }
+
+    /// Light that is 1 % brighter and darker in turns, against slopes by finite differences.
+    #[test]
+    fn light_in_turns_adds_as_much_as_its_slopes_say() {
+        for is_prolonged in [false, true] {
+            let dead_time = DeadTime { length: 14e-9, is_prolonged };
+            let slope = |rate: f64| {
+                (dead_time.detected(1.0001 * rate) - dead_time.detected(0.9999 * rate))
+                    / (2e-4 * rate)
+            };
+            for rate in [10e6, 50e6, 150e6] {
+                let in_turns = 0.5 * (slope(1.01 * rate) + slope(0.99 * rate));
+                let changed = dead_time.slope_changed_by(rate, (0.01 * rate).powi(2));
+                let expected = in_turns / slope(rate) - 1.0;
+                assert!(
+                    (changed - expected).abs() < 0.02 * expected.abs() + 1e-7,
+                    "{rate:e}: {changed} {expected}"
+                );
+            }
+        }
     }
 
     /// The same of a dead time that arrivals prolong: ready for exp(-0.7) of the time. 120 million
