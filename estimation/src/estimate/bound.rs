@@ -281,6 +281,7 @@ fn bound_of_problem<'m>(
     let moments =
         |few: &Problem| Ok::<_, FitError>(Arc::new(ProblemMoments::of(few, counts.second)));
     let weights = problem.weights(&axis, parameters, &means, None, moments)?;
+    coverage::are_moments(weights.most_correlated).check()?;
     let corners = Corners::of(sensor, detector, problem, parameters)?;
     let of = (counts.response, &means[..]);
     bound_of_weights(problem, parameters, of, &jacobian, (&weights, corners))

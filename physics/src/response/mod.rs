@@ -79,8 +79,8 @@ pub use expected::MeanResponse;
 pub use heard::second_order_share;
 pub use light::{Light, LightPath};
 pub(crate) use long_run::LongRun;
-pub use moments::ROUNDING;
 pub use moments::{CountMoments, GroupMoments, SecondMoments, SolvedPairs};
+pub use moments::{MOST_CORRELATION, ROUNDING};
 pub use sampling::{check_merging, merged_share};
 pub use tier::CountingTier;
 

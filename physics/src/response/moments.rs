@@ -18,6 +18,10 @@ use crate::scan::{Group, Step};
 
 /// A count that is never anything but its mean weighs as if it had the variance of rounding.
 pub const ROUNDING: f64 = 1.0 / 12.0;
+/// Beyond this the moments of a step are none; where all hits count up it is 1 but for rounding.
+pub const MOST_CORRELATION: f64 = 1.001;
+/// What counts are weighed with then.
+const CORRELATION_INSTEAD: f64 = 0.9;
 
 /// Moments of the signed count r and the total count N of one phase step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,12 +51,31 @@ impl CountMoments {
         }
     }
 
+    /// Correlation of r and N. Beyond 1 hits up, or down, have a variance below zero: moments without the rims of steps
+    /// are then farther off than these few hits vary.
+    pub fn correlation(&self) -> f64 {
+        match self.covariance.abs() <= 1e-3 * ROUNDING {
+            true => 0.0,
+            false => self.covariance / self.most_covariance(),
+        }
+    }
+
+    fn most_covariance(&self) -> f64 {
+        (self.signed_variance.max(0.0) * self.total_variance.max(0.0)).sqrt()
+    }
+
     /// Factor W of the inverse covariance, W^T W = C^-1, as (a, b, c): a r and b r + c N have
     /// unit covariance.
     pub fn whitening(&self) -> [f64; 3] {
         // Cholesky of C = [[v, c], [c, n]], then the inverse of its factor.
         let signed = self.signed_variance.max(ROUNDING).sqrt();
-        let shared = self.covariance / signed;
+        let covariance = match self.correlation() {
+            correlation if correlation.abs() > MOST_CORRELATION => {
+                CORRELATION_INSTEAD * correlation.signum() * self.most_covariance()
+            }
+            _ => self.covariance,
+        };
+        let shared = covariance / signed;
         let rest = (self.total_variance - shared * shared).max(1e-3 * ROUNDING).sqrt();
         [1.0 / signed, -shared / (signed * rest), 1.0 / rest]
     }

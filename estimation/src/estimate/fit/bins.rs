@@ -291,6 +291,7 @@ impl<'s> BinFitter<'s> {
             degrees_of_freedom: place.means.len() - fitted.len(),
             steps: place.means.len(),
             iterations: settled.steps,
+            most_correlated: 0.0,
         };
         let std = settled.normal.standard_deviations();
         let estimate = ModelEstimate::new(self.sensor.clock(), &fitted, &std, found);

@@ -38,6 +38,7 @@ pub struct AllLight<'m> {
     pub unit: f64,
     /// Numbers that the counts are.
     pub values: usize,
+    pub most_correlated: f64,
 }
 
 /// All light that stands out, and the detector's own if it does.
@@ -77,6 +78,7 @@ pub fn all_light<'m>(
             sigma: search.sigma(),
             unit: search.unit(&hypothesis),
             values: search.descent.weights.values(),
+            most_correlated: search.descent.weights.most_correlated,
             hypothesis,
             normal,
         });
@@ -160,6 +162,7 @@ impl AllLight<'_> {
             degrees_of_freedom: self.values.saturating_sub(parameters.len()),
             steps: air.axis.len(),
             iterations: fitted.iterations,
+            most_correlated: self.most_correlated,
         };
         ModelEstimate {
             untold: (missing + missing_of_others > 0).then(|| Untold {

@@ -43,6 +43,8 @@ pub struct ModelEstimate {
     pub told_apart_by: f64,
     /// Gauss-Newton steps of the last fit.
     pub iterations: usize,
+    /// Largest correlation of the signed and the total count of a step, of the moments that the counts were weighed with.
+    pub most_correlated: f64,
 }
 
 /// How a path moves.
@@ -123,6 +125,7 @@ pub(super) struct Goodness {
     pub degrees_of_freedom: usize,
     pub steps: usize,
     pub iterations: usize,
+    pub most_correlated: f64,
 }
 
 impl ModelEstimate {
@@ -144,7 +147,7 @@ impl ModelEstimate {
                 rate_relative_std: std[1],
             })
             .collect();
-        let Goodness { chi_square, degrees_of_freedom, steps, iterations } = found;
+        let Goodness { chi_square, degrees_of_freedom, steps, iterations, most_correlated } = found;
         ModelEstimate {
             delay_ps: paths[0].delay_ps,
             distance_m: distance_m(paths[0].delay_ps),
@@ -161,6 +164,7 @@ impl ModelEstimate {
             untold: None,
             told_apart_by: f64::INFINITY,
             iterations,
+            most_correlated,
             paths,
         }
     }

@@ -107,6 +107,7 @@ impl<'m> OnePathFit<'m> {
             degrees_of_freedom: self.weights.values().saturating_sub(end.parameters.len()),
             steps: problem.steps.len(),
             iterations: end.iterations,
+            most_correlated: self.weights.most_correlated,
         };
         let std = self.normal.standard_deviations();
         let estimate = ModelEstimate::new(problem.clock(), &end.parameters, &std, found);

@@ -18,6 +18,8 @@ pub struct Weights {
     together: Vec<Together>,
     /// Covariance of a signed count with that of the step so many behind it, on average.
     beside: Vec<f64>,
+    /// Largest [correlation](CountMoments::correlation) of the signed and the total count of a step that goes with no other.
+    pub most_correlated: f64,
 }
 
 /// Factor of the inverse covariance of some counts.
@@ -39,6 +41,7 @@ impl Weights {
             numbers_of_step: 2,
             together: Vec::new(),
             beside: vec![variance],
+            most_correlated: moments.iter().map(|m| m.correlation().abs()).fold(0.0, f64::max),
         }
     }
 
@@ -122,6 +125,7 @@ impl Weights {
             numbers_of_step: 2,
             together: Vec::new(),
             beside: Vec::new(),
+            most_correlated: 0.0,
         };
         let mut steps = 0;
         for (signed, totals, covariance) in blocks {
