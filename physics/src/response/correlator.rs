@@ -435,19 +435,11 @@ fn dot_in_sums(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; SUMS];
     let (a_blocks, b_blocks) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
     let rest = a_blocks.remainder().iter().zip(b_blocks.remainder());
+    let rest: f64 = rest.map(|(x, y)| x * y).sum();
     for (x, y) in a_blocks.zip(b_blocks) {
         for lane in 0..SUMS {
             sums[lane] += x[lane] * y[lane];
         }
     }
-    sums.iter_mut().zip(rest).for_each(|(sum, (x, y))| *sum += x * y);
-    // One half to the other: a sum of all in a row takes as long as hundreds of products.
-    let mut half = SUMS / 2;
-    while half > 0 {
-        for lane in 0..half {
-            sums[lane] += sums[lane + half];
-        }
-        half /= 2;
-    }
-    sums[0]
+    sums.iter().sum::<f64>() + rest
 }
