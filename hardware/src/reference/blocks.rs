@@ -2,14 +2,13 @@
 
 use std::ops::Range;
 
+use super::painter::InputPainter;
 use super::stimulus::{Drive, Stimulus};
 use crate::reference::exercise::Exercised;
 use crate::reference::levels::Levels;
 use crate::reference::predictor::{ReferenceModel, Skip, StepResult};
 use crate::scan::Sample;
-use crate::scene::Polarity;
-use crate::sensor::layout::{Field, Layout};
-use crate::sensor::port::Use;
+use crate::sensor::layout::Layout;
 
 /// Clocks per block: its arrays stay in a core's second-level cache.
 pub const BLOCK_CLOCKS: u64 = 16_384;
@@ -102,7 +101,7 @@ pub struct BlockMaker<'a> {
     drive: Drive,
     /// For each detector.
     hits: Vec<Vec<Sample>>,
-    lanes: u32,
+    painter: InputPainter,
     reference: &'a mut ReferenceModel,
     stimulus: &'a mut dyn Stimulus,
     layout: &'a Layout,
@@ -118,13 +117,12 @@ impl<'a> BlockMaker<'a> {
         layout: &'a Layout,
         clocks: u64,
     ) -> BlockMaker<'a> {
-        let lanes = reference.interface().lanes();
         let detectors = reference.interface().reference_codes.len();
         BlockMaker {
             levels: Levels::of(reference.interface()),
             drive: Drive::of(reference.interface()),
             hits: vec![Vec::new(); detectors],
-            lanes,
+            painter: InputPainter::new(&layout.inputs, reference.interface()),
             reference,
             stimulus,
             layout,
@@ -168,75 +166,19 @@ impl<'a> BlockMaker<'a> {
         records.inputs.resize(count * self.layout.inputs.words, 0);
         records.expected.resize(count * self.layout.outputs.words, 0);
         records.got.values.resize(count * self.layout.outputs.words, 0);
-        self.paint_inputs(&mut records.inputs);
+        records.inputs.fill(0);
+        let Drive { pulses, surroundings } = &mut self.drive;
+        let cells = &mut surroundings.cells;
+        let painted = (clocks.clone(), &pulses[..]);
+        let (levels, inputs) = (&mut self.levels, &mut records.inputs);
+        self.painter.samples(levels, painted, inputs, &mut self.hits, cells);
+        self.painter.surroundings(surroundings, inputs);
         self.reference.predict(&self.drive.surroundings, &self.hits, &mut records.expected);
         block.clocks = clocks;
         block.skips.clone_from(&self.drive.surroundings.skips);
         block.exercise.clone_from(self.reference.exercise());
         block.halted = None;
         true
-    }
-
-    fn paint_inputs(&mut self, inputs: &mut [u64]) {
-        inputs.fill(0);
-        for field in &self.layout.inputs.fields {
-            match field.port.role.usage() {
-                Use::Level { rest } => self.paint_level(field, rest, inputs),
-                Use::Host => self.paint_host(field, inputs),
-                _ => self.paint_samples(field, inputs),
-            }
-        }
-    }
-
-    /// Paints a level that rests but where the stimulus says otherwise.
-    fn paint_level(&self, field: &Field, rest: bool, inputs: &mut [u64]) {
-        let words = self.layout.inputs.words;
-        let clocks = &self.drive.surroundings.clocks;
-        let at = |clock: u64| (clock.clamp(clocks.start, clocks.end) - clocks.start) as usize;
-        let mut paint = |clocks: Range<usize>, level: bool| {
-            for (word, bits) in field.words() {
-                let records =
-                    inputs[clocks.start * words..clocks.end * words].chunks_exact_mut(words);
-                for record in records {
-                    record[word] = if level { record[word] | bits } else { record[word] & !bits };
-                }
-            }
-        };
-        if rest {
-            paint(0..at(clocks.end), rest);
-        }
-        for other in self.drive.surroundings.away_from_rest(field.port.role) {
-            paint(at(other.start)..at(other.end), !rest);
-        }
-    }
-
-    /// Paints what a host drives.
-    fn paint_host(&self, field: &Field, inputs: &mut [u64]) {
-        let words = self.layout.inputs.words;
-        let clocks = &self.drive.surroundings.clocks;
-        for (range, host) in &self.drive.surroundings.host {
-            let value = host.of(field.port.role) << field.shift;
-            for clock in range.start.max(clocks.start)..range.end.min(clocks.end) {
-                inputs[(clock - clocks.start) as usize * words + field.word] |= value;
-            }
-        }
-    }
-
-    fn paint_samples(&mut self, field: &Field, inputs: &mut [u64]) {
-        let words = self.layout.inputs.words;
-        let clocks = self.drive.surroundings.clocks.clone();
-        let paint = |input: usize, clock: usize, bits: u64| {
-            // S divides 64, so an input's samples never cross words.
-            let bit = field.shift + input as u32 * self.lanes;
-            inputs[clock * words + field.word + (bit / 64) as usize] |= bits << (bit % 64);
-        };
-        let Drive { pulses, surroundings } = &mut self.drive;
-        self.levels.paint(clocks, pulses, paint, &mut self.hits, &mut surroundings.cells);
-        if self.reference.interface().polarity == Polarity::Low {
-            for (word, bits) in field.words() {
-                inputs.chunks_exact_mut(words).for_each(|record| record[word] ^= bits);
-            }
-        }
     }
 }
 

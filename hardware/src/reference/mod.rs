@@ -19,6 +19,7 @@ pub mod host;
 pub mod host_ports;
 pub mod level;
 pub mod levels;
+mod painter;
 mod pattern;
 mod peak_ports;
 pub mod photons;

@@ -228,11 +228,13 @@ impl ResponseTables {
             product.fill(Complex64::ZERO);
             for (tables, unit) in both.iter().zip([Complex64::ONE, Complex64::I]) {
                 values.fill(Complex64::ZERO);
-                for (i, hits) in tables.hits[..self.period_chips].iter().enumerate() {
-                    values[i % length].re += hits;
+                // Period by period of the code: a division for each chip takes as long as the transform.
+                for hits in tables.hits[..self.period_chips].chunks(length) {
+                    values.iter_mut().zip(hits).for_each(|(value, hits)| value.re += hits);
                 }
-                for (i, falling) in tables.falling.iter().take(self.period_chips).enumerate() {
-                    values[i % length].im += falling;
+                let falling = &tables.falling[..self.period_chips.min(tables.falling.len())];
+                for falling in falling.chunks(length) {
+                    values.iter_mut().zip(falling).for_each(|(value, hits)| value.im += hits);
                 }
                 forward.process_with_scratch(&mut values, &mut scratch);
                 for (f, product) in product.iter_mut().enumerate() {
@@ -372,15 +374,15 @@ fn seen(until: &[Vec<f64>], unseen_until: &[Vec<f64>]) -> Vec<Vec<f64>> {
 impl Reference {
     fn new(chips: &[u8], period_chips: usize) -> Reference {
         let length = chips.len();
-        let at = |i: usize| chips[i % length];
-        let indices = 0..length + period_chips;
-        Reference {
-            length,
-            signs: indices.clone().map(|i| 2.0 * f64::from(at(i)) - 1.0).collect(),
-            falls: indices
-                .map(|i| f64::from(u8::from(at(i + length - 1) == 1 && at(i) == 0)))
-                .collect(),
-        }
+        let row = || chips.iter().copied().cycle();
+        let with_before = row().zip(row().skip(length - 1)).take(length + period_chips);
+        let (signs, falls) = with_before
+            .map(|(chip, before)| {
+                let falls = before == 1 && chip == 0;
+                (2.0 * f64::from(chip) - 1.0, f64::from(u8::from(falls)))
+            })
+            .unzip();
+        Reference { length, signs, falls }
     }
 }
 
@@ -390,7 +392,7 @@ fn twice(values: Vec<f64>) -> Vec<f64> {
 
 /// Spectra at frequency `f` of the real and the imaginary part of a signal.
 fn parts(spectrum: &[Complex64], f: usize) -> [Complex64; 2] {
-    let mirrored = spectrum[(spectrum.len() - f) % spectrum.len()].conj();
+    let mirrored = spectrum[if f == 0 { 0 } else { spectrum.len() - f }].conj();
     let difference = spectrum[f] - mirrored;
     [0.5 * (spectrum[f] + mirrored), Complex64::new(0.5 * difference.im, -0.5 * difference.re)]
 }

@@ -19,6 +19,8 @@ use crate::scan::Step;
 
 /// From this many steps on, all steps of the code period by FFT cost less.
 const STEPS_FOR_FFT: u64 = 200;
+/// Steps, some 30 ns each, that are fewer than a thread is woken for.
+const STEPS_OF_A_THREAD: usize = 1024;
 
 /// Expected counts of one detector.
 #[derive(Debug, Clone)]
@@ -219,7 +221,8 @@ impl<'m> MeanResponse<'m> {
             let phase_step = self.model.timing.scan.phase_step(step) as usize;
             self.with_partial_period(step, whole[phase_step])
         };
-        let counted: Vec<MeanCount> = in_order.par_iter().map(count).collect();
+        let counted = in_order.par_iter().with_min_len(STEPS_OF_A_THREAD).map(count);
+        let counted: Vec<MeanCount> = counted.collect();
         let mut counts = vec![MeanCount { signed: 0.0, total: 0.0 }; steps as usize];
         for (step, count) in in_order.iter().zip(counted) {
             counts[step.index()] = count;

@@ -40,6 +40,9 @@ pub struct Grid {
     /// For pulses that may merge.
     pub rearming: Option<Rearming>,
     paths: Vec<GridPath>,
+    /// For each delay at which light turns on or off, whether a code that is so late changes before
+    /// each cell.
+    changed: Vec<Vec<bool>>,
     constant_per_chip: f64,
     /// What crosstalk adds to the rate, cell by cell of the period; empty without any.
     pub heard_per_chip: Vec<f64>,
@@ -75,9 +78,6 @@ pub struct GridCell {
     /// Whether the place after the end is a border of cells, and the one after the next cell's start the
     /// same: what is continuous there need not be looked up twice.
     pub after_joins: bool,
-    /// For each delay at which light turns on or off, whether a code that is so late
-    /// changes before this cell.
-    changed: Vec<bool>,
 }
 
 /// A place in another cell.
@@ -220,15 +220,11 @@ impl Grid {
                         GridInterpolation::new(&edges, start + inside * width + offset, time)
                     })
                 };
-                let middle = start + 0.5 * width;
-                let changed =
-                    delays.iter().map(|delay| (middle - delay).floor() > (-delay).floor());
                 GridCell {
                     width,
                     before: place(-dead_time),
                     after: place(dead_time),
                     after_joins: false,
-                    changed: changed.collect(),
                 }
             })
             .collect();
@@ -238,8 +234,13 @@ impl Grid {
             let start = cells[next].after[0].of_later_chip(turns);
             cells[index].after_joins = cells[index].after[2].ends_at(&start, edges.len() - 1);
         }
+        let changed = |delay: &f64| {
+            let middles = edges.windows(2).map(|edge| edge[0] + 0.5 * (edge[1] - edge[0]));
+            middles.map(|middle| (middle - delay).floor() > (-delay).floor()).collect()
+        };
         Ok(Grid {
             period_chips,
+            changed: delays.iter().map(changed).collect(),
             rearming: samples.rearming(&edges),
             cells,
             edges,
@@ -274,9 +275,9 @@ impl Grid {
         for path in &self.paths {
             let of_chip = path.rates(chip);
             let gate = path.gate.map_or(path.keyed, |(gate, _)| gate);
-            for (rate, cell) in rates.iter_mut().zip(&self.cells) {
-                let keyed = usize::from(cell.changed[path.keyed.delay]);
-                *rate += of_chip[keyed][usize::from(cell.changed[gate.delay])];
+            let changed = self.changed[path.keyed.delay].iter().zip(&self.changed[gate.delay]);
+            for (rate, (&keyed, &gated)) in rates.iter_mut().zip(changed) {
+                *rate += of_chip[usize::from(keyed)][usize::from(gated)];
             }
         }
         if !self.heard_per_chip.is_empty() {

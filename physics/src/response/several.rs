@@ -55,13 +55,13 @@ impl Several {
     /// Turns at most [`Several::COUNT`] rows of one length into one row of several numbers each;
     /// those that lack are zero.
     pub fn interleaved(rows: &[&[f64]]) -> Vec<Several> {
-        let mut all = vec![Several::default(); rows.first().map_or(0, |row| row.len())];
-        for (place, row) in rows.iter().enumerate() {
-            for (several, &value) in all.iter_mut().zip(*row) {
-                several.0[place] = value;
-            }
-        }
-        all
+        let length = rows.first().map_or(0, |row| row.len());
+        let at = |at: usize| {
+            let mut several = Several::default();
+            several.0.iter_mut().zip(rows).for_each(|(value, row)| *value = row[at]);
+            several
+        };
+        (0..length).map(at).collect()
     }
 
     /// The row of numbers that are at some place among the several.

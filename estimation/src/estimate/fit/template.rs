@@ -55,10 +55,10 @@ impl Template {
         let length = self.theta.len();
         let nearest = lag_chips.round();
         let beyond = lag_chips - nearest;
-        let place = nearest.rem_euclid(length as f64) as usize % length;
+        let place = (nearest as i64).rem_euclid(length as i64) as usize;
         let here = self.theta[place];
-        let left = here - self.theta[(place + length - 1) % length];
-        let right = self.theta[(place + 1) % length] - here;
+        let left = here - self.theta[if place == 0 { length - 1 } else { place - 1 }];
+        let right = self.theta[if place + 1 == length { 0 } else { place + 1 }] - here;
         if beyond.abs() >= ROUND_SIGMAS * self.sigma_chips {
             let slope = if beyond < 0.0 { left } else { right };
             return [here + slope * beyond, slope];

@@ -35,31 +35,50 @@ impl Runs {
         match self.clocks.last_mut() {
             Some(before) if self.values.ends_with(value) => *before += clocks,
             _ if clocks == 0 => {}
-            _ => self.begin(value, clocks),
+            _ => self.begin(value.len(), clocks).copy_from_slice(value),
         }
     }
 
-    /// The same of a value that is known to be another than the one before it.
-    pub fn begin(&mut self, value: &[u64], clocks: u64) {
+    /// The same of a value that is known to be another than the one before it: of so many words,
+    /// zero until they are written.
+    pub fn begin(&mut self, words: usize, clocks: u64) -> &mut [u64] {
         self.clocks.push(clocks);
-        self.values.extend_from_slice(value);
+        let start = self.values.len();
+        self.values.resize(start + words, 0);
+        &mut self.values[start..]
     }
 
-    /// Adds the last value for one more clock, if there is one.
-    pub fn prolong(&mut self) -> bool {
-        self.clocks.last_mut().map(|clocks| *clocks += 1).is_some()
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.clocks.is_empty()
+    }
+
+    /// Adds the last value for some more clocks, if there is one.
+    pub fn prolong(&mut self, more: u64) {
+        if let Some(clocks) = self.clocks.last_mut() {
+            *clocks += more;
+        }
     }
 
     /// Encodes values of `bits` bits, with `repeats` as wide as makes the text
     /// shortest.
     pub fn encode(&self, bits: u32) -> RunLengthWords {
         let value_digits = bits.div_ceil(4);
-        let shortest = (1..=4).min_by_key(|&repeat_digits| {
-            self.words_with(repeat_digits) * u64::from(repeat_digits + value_digits + 1)
-        });
-        let repeat_digits = shortest.unwrap_or(1);
+        // Words, with one digit of repeats and with more.
+        let mut counts = [0; 4];
+        for clocks in &self.clocks {
+            for (bits, count) in (4..).step_by(4).zip(&mut counts) {
+                *count += ((clocks - 1) >> bits) + 1;
+            }
+        }
+        let characters = |&(repeat_digits, count): &(u32, u64)| {
+            count * u64::from(repeat_digits + value_digits + 1)
+        };
+        let shortest = (1..).zip(counts).min_by_key(characters);
+        let (repeat_digits, count) = shortest.unwrap_or((1, 0));
         let longest = 1u64 << (4 * repeat_digits);
-        let mut text = String::new();
+        let mut text =
+            Vec::with_capacity(count as usize * (value_digits + repeat_digits + 1) as usize);
         // Where the line begins.
         let mut line = 0;
         let words = self.values.len() / self.clocks.len().max(1);
@@ -70,39 +89,31 @@ impl Runs {
                 let run = left.min(longest);
                 left -= run;
                 if text.len() > line {
-                    text.push(' ');
+                    text.push(b' ');
                 }
                 put_hexadecimal(&mut text, value, value_digits);
                 put_hexadecimal(&mut text, &[run - 1], repeat_digits);
                 if text.len() - line >= LINE_CHARACTERS {
-                    text.push('\n');
+                    text.push(b'\n');
                     line = text.len();
                 }
             }
         }
         if text.len() > line {
-            text.push('\n');
+            text.push(b'\n');
         }
-        RunLengthWords {
-            count: self.words_with(repeat_digits),
-            repeat_bits: 4 * repeat_digits,
-            text,
-        }
-    }
-
-    fn words_with(&self, repeat_digits: u32) -> u64 {
-        let longest = 1u64 << (4 * repeat_digits);
-        self.clocks.iter().map(|run| run.div_ceil(longest)).sum()
+        let text = String::from_utf8(text).expect("digits, spaces and line ends are ASCII");
+        RunLengthWords { count, repeat_bits: 4 * repeat_digits, text }
     }
 }
 
 /// The lowest `digits` hexadecimal digits of a number, the first word lowest.
-fn put_hexadecimal(text: &mut String, words: &[u64], digits: u32) {
-    for digit in (0..digits).rev() {
+fn put_hexadecimal(text: &mut Vec<u8>, words: &[u64], digits: u32) {
+    text.extend((0..digits).rev().map(|digit| {
         let word = words.get(digit as usize / 16).copied().unwrap_or(0);
         let nibble = word >> (4 * (digit % 16)) & 15;
-        text.push(char::from(b"0123456789abcdef"[nibble as usize]));
-    }
+        b"0123456789abcdef"[nibble as usize]
+    }));
 }
 
 #[cfg(test)]

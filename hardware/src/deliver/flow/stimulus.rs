@@ -1,10 +1,10 @@
 //! A recorded run: hostile inputs and what the reference model makes of them.
 
 use super::run_length::Runs;
-use crate::reference::adversarial::{Adversarial, Means};
-use crate::reference::blocks::{Block, BlockMaker};
+use crate::reference::adversarial::{Adversarial, Means, WrittenRun};
+use crate::reference::blocks::Block;
 use crate::reference::cover_report::Coverage;
-use crate::reference::predictor::{ReferenceError, ReferenceModel, Skip};
+use crate::reference::predictor::{ReferenceError, Skip};
 use crate::rtl::blocks::{CountRegister, ScanRegisters};
 use crate::sensor::Sensor;
 use crate::sensor::interface::Interface;
@@ -137,19 +137,28 @@ impl PortGroup {
         self.runs.push(&self.packed, 1);
     }
 
-    /// The values of a record.
-    fn push(&mut self, record: &[u64]) {
-        let differs =
-            |part: &RecordPart| (record[part.word] ^ self.last[part.word]) & part.bits != 0;
-        if !self.parts.iter().any(differs) && self.runs.prolong() {
-            return;
+    /// The values of records that follow one another.
+    fn push(&mut self, records: &[u64]) {
+        let PortGroup { runs, parts, last, packed, .. } = self;
+        let mut before = &last[..];
+        // Clocks for which the last value holds on.
+        let mut more = 0;
+        for record in records.chunks_exact(last.len()) {
+            let differs =
+                |part: &RecordPart| (record[part.word] ^ before[part.word]) & part.bits != 0;
+            if !runs.is_empty() && !parts.iter().any(differs) {
+                more += 1;
+                continue;
+            }
+            runs.prolong(std::mem::take(&mut more));
+            before = record;
+            let value = runs.begin(packed.len(), 1);
+            for RecordPart { word, bits, shift, to } in &*parts {
+                put(value, *to, (record[*word] & bits) >> shift);
+            }
         }
-        self.last.copy_from_slice(record);
-        self.packed.fill(0);
-        for RecordPart { word, bits, shift, to } in &self.parts {
-            put(&mut self.packed, *to, (record[*word] & bits) >> shift);
-        }
-        self.runs.begin(&self.packed, 1);
+        runs.prolong(more);
+        *last = before.to_vec();
     }
 }
 
@@ -236,8 +245,7 @@ pub fn record(sensor: &Sensor) -> Result<Recording, ReferenceError> {
     if ends_with_its_aims(interface) {
         adversary = adversary.ending_there();
     }
-    let mut reference = ReferenceModel::new(interface.clone())?;
-    let mut maker = BlockMaker::new(&mut reference, &mut adversary, &layout, MOST_CLOCKS);
+    let mut run = WrittenRun::new(adversary, MOST_CLOCKS);
     let mut inputs = PortGroup::new(&layout.inputs.fields, layout.inputs.words);
     let mut chips = PortGroup::new(&chips, layout.outputs.words);
     let mut results = PortGroup::new(&results, layout.outputs.words);
@@ -248,24 +256,22 @@ pub fn record(sensor: &Sensor) -> Result<Recording, ReferenceError> {
     let mut in_reset = false;
     let mut skips = Vec::new();
     let mut block = Block::default();
-    while maker.make(&mut block) {
+    while run.make(&mut block) {
+        inputs.push(&block.records.inputs);
         for words in block.records.inputs.chunks_exact(layout.inputs.words) {
-            inputs.push(words);
             let was_in_reset = std::mem::replace(&mut in_reset, reset.low_word(words) == 1);
             resets += u64::from(in_reset && !was_in_reset);
         }
-        for words in block.records.expected.chunks_exact(layout.outputs.words) {
-            chips.push(words);
-            results.push(words);
-        }
-        for result in maker.take_finished() {
+        chips.push(&block.records.expected);
+        results.push(&block.records.expected);
+        for result in run.take_finished() {
             phase_steps += 1;
             scans += u64::from(result.step + 1 == interface.timing.scan.steps);
         }
         skips.extend_from_slice(&block.skips);
     }
-    let clocks = maker.clocks_made();
-    let table = reference.cover_table();
+    let clocks = run.clocks_made();
+    let table = run.reference().cover_table();
     let exercise = &block.exercise;
     if let Some(plan) = interface.histogram() {
         (phase_steps, scans) = (exercise.phase_steps, exercise.phase_steps / plan.bins());

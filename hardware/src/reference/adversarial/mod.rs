@@ -12,6 +12,7 @@ mod hits;
 mod means;
 mod preparation;
 mod receiver;
+mod written;
 
 use crate::scene::DetectorIndex;
 use std::collections::VecDeque;
@@ -23,6 +24,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use self::cells::{share, spread};
 use self::hits::{GroupWords, Pattern};
 pub use self::means::Means;
+use self::written::Written;
+pub use self::written::WrittenRun;
 use super::coverage::{CoverPoint, registers};
 use super::group_maker::GroupMaker;
 use super::host::Host;
@@ -72,6 +75,8 @@ pub struct Adversarial {
     /// For each input the pulses that have been decided, in order of their
     /// first sample.
     pulses: Vec<VecDeque<Pulse>>,
+    /// Records of what has been decided, in place of the pulses, where they are asked for.
+    written: Option<Box<Written>>,
     /// First clock that is not decided yet.
     decided: u64,
     /// End of the last stall that has been decided.
@@ -136,7 +141,7 @@ impl Adversarial {
     ) -> Result<Adversarial, ReferenceError> {
         let scout = ReferenceModel::new(interface.clone())?;
         let points = scout.cover_table().points().len();
-        let mut adversary = Adversarial {
+        Ok(Adversarial {
             rng: Xoshiro256PlusPlus::seed_from_u64(seed),
             interface: interface.clone(),
             means,
@@ -147,6 +152,7 @@ impl Adversarial {
             stalls: VecDeque::new(),
             skips: VecDeque::new(),
             pulses: vec![VecDeque::new(); interface.inputs()],
+            written: None,
             decided: 0,
             stalls_until: 0,
             plans: VecDeque::new(),
@@ -166,11 +172,7 @@ impl Adversarial {
                 .as_ref()
                 .map(|plan| Host::new(seed ^ HOST_SEED, registers::addresses(plan))),
             drives: VecDeque::new(),
-        };
-        adversary.resets.push_back(0..RESET_CLOCKS);
-        let silent = vec![Vec::new(); interface.reference_codes.len()];
-        adversary.decide_until(RESET_CLOCKS, silent, Hits::None);
-        Ok(adversary)
+        })
     }
 
     /// The same, which ends the run where it has reached all that it can.
@@ -209,12 +211,49 @@ impl Adversarial {
         recipe(interface, &reach, point).err()
     }
 
+    /// Whether it has reached all that it can, and the run ends there.
+    fn is_over(&self) -> bool {
+        self.aims.ends_there && self.aims.over_at.is_some()
+    }
+
+    /// Decides up to a clock, if the run does not end before it.
+    fn decide_before(&mut self, end: u64) {
+        while self.decided < end && !self.is_over() {
+            self.decide();
+        }
+    }
+
+    /// Tells what surrounds a block, besides its pulses.
+    fn tell(&mut self, block: &mut Surroundings) {
+        let clocks = &block.clocks;
+        // What reaches beyond the block is told again in the next.
+        let tell = |queue: &mut VecDeque<Range<u64>>, out: &mut Vec<Range<u64>>| {
+            while queue.pop_front_if(|r| r.end <= clocks.start).is_some() {}
+            out.extend(within(queue, clocks).cloned());
+        };
+        tell(&mut self.resets, &mut block.resets);
+        tell(&mut self.stalls, &mut block.stalls);
+        while let Some((clock, inputs)) = self.drives.pop_front_if(|(c, _)| *c < clocks.end) {
+            block.host.push((clock..clock + 1, inputs));
+        }
+        while let Some(skip) = self.skips.pop_front_if(|s| s.clock < clocks.end) {
+            block.skips.push(skip);
+        }
+    }
+
     /// Decides what comes next.
     fn decide(&mut self) {
+        if self.decided == 0 {
+            self.resets.push_back(0..RESET_CLOCKS);
+            let silent = vec![Vec::new(); self.interface.reference_codes.len()];
+            return self.decide_until(RESET_CLOCKS, silent, Hits::None);
+        }
         if let Some(group) = self.under_way.take() {
             return self.decide_words(group);
         }
-        let mut plan = self.next_plan();
+        let Some(mut plan) = self.next_plan() else {
+            return;
+        };
         let is_asking = self.host.as_ref().is_some_and(|host| !host.is_idle());
         let ends_talks = plan.reset.is_some() && self.aims.over_at.is_none();
         if is_asking && (ends_talks || plan.cut.is_some()) {
@@ -271,13 +310,13 @@ impl Adversarial {
         self.start_group(plan, position);
     }
 
-    /// The next group that is planned. When all plans are done, the next aim.
-    fn next_plan(&mut self) -> PlannedGroup {
+    /// The next group that is planned. When all plans are done, the next aim; none where the run ends.
+    fn next_plan(&mut self) -> Option<PlannedGroup> {
         if let Some(plan) = self.plans.pop_front() {
-            return plan;
+            return Some(plan);
         }
         if self.host.as_ref().is_some_and(|host| !host.is_idle()) {
-            return PlannedGroup::random().received(ReceiverPlan::Random);
+            return Some(PlannedGroup::random().received(ReceiverPlan::Random));
         }
         let is_calm = self.aims.calm_groups < CALM_GROUPS || self.decided < self.means.calm_clocks;
         if is_calm {
@@ -287,23 +326,26 @@ impl Adversarial {
             } else {
                 ReceiverPlan::Random
             };
-            return PlannedGroup::random().long(Length::Whole).received(receiver);
+            return Some(PlannedGroup::random().long(Length::Whole).received(receiver));
         }
         if !std::mem::replace(&mut self.aims.has_prepared, true) {
             let plans =
                 preparation::plans(&self.interface, &self.reach, &self.means, &mut self.rng);
             self.plans = plans.into();
-            return self.plans.pop_front().unwrap_or_else(PlannedGroup::random);
+            return Some(self.plans.pop_front().unwrap_or_else(PlannedGroup::random));
         }
         match self.next_aim() {
             Some(plans) => self.plans.extend(plans),
             None => {
                 self.aims.over_at.get_or_insert(self.decided);
+                if self.is_over() {
+                    return None;
+                }
                 let plan = self.by_chance();
                 self.plans.push_back(plan);
             }
         }
-        self.plans.pop_front().unwrap_or_else(PlannedGroup::random)
+        Some(self.plans.pop_front().unwrap_or_else(PlannedGroup::random))
     }
 
     /// The way to the next point that is not covered and not given up.
@@ -475,9 +517,16 @@ impl Adversarial {
         }
         let mut hits = vec![Vec::new(); self.interface.reference_codes.len()];
         let mut changes = Vec::new();
-        self.levels.paint(clocks, &pulses, |_, _, _| (), &mut hits, &mut changes);
-        for (kept, pulses) in self.pulses.iter_mut().zip(pulses) {
-            kept.extend(pulses);
+        match &mut self.written {
+            Some(written) => {
+                written.paint(&mut self.levels, (clocks, &pulses), &mut hits, &mut changes);
+            }
+            None => {
+                self.levels.paint(clocks, &pulses, |_, _, _| (), &mut hits, &mut changes);
+                for (kept, pulses) in self.pulses.iter_mut().zip(pulses) {
+                    kept.extend(pulses);
+                }
+            }
         }
         while self.decided < end {
             let until = match self.host_drives() {
@@ -511,7 +560,7 @@ impl Adversarial {
         let first_skip = self.skips.partition_point(|skip| skip.clock < clocks.start);
         let skips = self.skips.range(first_skip..);
         let drives = self.drives.iter().rev();
-        let surroundings = Surroundings {
+        let mut surroundings = Surroundings {
             clocks: clocks.clone(),
             resets: within(&self.resets, &clocks).cloned().collect(),
             stalls: within(&self.stalls, &clocks).cloned().collect(),
@@ -525,8 +574,13 @@ impl Adversarial {
                 .map(|changes| CellChange::within(changes, &samples).to_vec())
                 .collect(),
         };
-        self.scout.predict_results(&surroundings, hits);
-        self.scout.take_finished();
+        match &mut self.written {
+            Some(written) => written.predict(&mut self.scout, &mut surroundings, hits),
+            None => {
+                self.scout.predict_results(&surroundings, hits);
+                self.scout.take_finished();
+            }
+        }
         self.decided = end;
     }
 }
@@ -590,32 +644,18 @@ impl Hits {
 
 impl Stimulus for Adversarial {
     fn drive(&mut self, drive: &mut Drive) {
-        let mut clocks = drive.surroundings.clocks.clone();
-        let end = |aims: &Aims| aims.over_at.filter(|_| aims.ends_there);
-        while self.decided < clocks.end && end(&self.aims).is_none() {
-            self.decide();
+        let clocks = &mut drive.surroundings.clocks;
+        self.decide_before(clocks.end);
+        if self.is_over() {
+            clocks.end = clocks.end.min(self.decided);
         }
-        clocks.end = end(&self.aims).map_or(clocks.end, |end| end.min(clocks.end));
-        drive.surroundings.clocks = clocks.clone();
         let end = self.interface.timing.sampling().first_sample(clocks.end);
         for (decided, pulses) in self.pulses.iter_mut().zip(&mut drive.pulses) {
             while let Some(pulse) = decided.pop_front_if(|p| p.first < end) {
                 pulses.push(pulse);
             }
         }
-        // What reaches beyond the block is told again in the next.
-        let tell = |queue: &mut VecDeque<Range<u64>>, out: &mut Vec<Range<u64>>| {
-            while queue.pop_front_if(|r| r.end <= clocks.start).is_some() {}
-            out.extend(within(queue, &clocks).cloned());
-        };
-        tell(&mut self.resets, &mut drive.surroundings.resets);
-        tell(&mut self.stalls, &mut drive.surroundings.stalls);
-        while let Some((clock, inputs)) = self.drives.pop_front_if(|(c, _)| *c < clocks.end) {
-            drive.surroundings.host.push((clock..clock + 1, inputs));
-        }
-        while let Some(skip) = self.skips.pop_front_if(|s| s.clock < clocks.end) {
-            drive.surroundings.skips.push(skip);
-        }
+        self.tell(&mut drive.surroundings);
     }
 }
 

@@ -101,6 +101,53 @@ fn a_run_that_ends_itself_is_the_start_of_a_longer_one() {
     assert!(ended == inputs(adversary, all));
 }
 
+/// Of samples that are inverted, of hosts, of cells, and of histograms, whose run ends where it is cut off.
+#[test]
+fn a_run_that_writes_itself_is_what_another_model_predicts() {
+    for name in ["every-part", "odd-cells", "peak", "registers", "rows"] {
+        let file = format!("../tests/scenes/{name}.toml");
+        let scene = scene::load(Path::new(&file)).unwrap_or_else(|error| panic!("{error}"));
+        let interface = Interface::of(&scene);
+        let layout = Layout::of(&interface);
+        let adversary = Adversarial::with_means(&interface, 2, Means::cosim(true)).unwrap();
+        let adversary = adversary.ending_there();
+        const CLOCKS: u64 = 100_003;
+
+        let mut reference = ReferenceModel::new(interface).unwrap();
+        let mut driven = adversary.clone();
+        let mut maker = BlockMaker::new(&mut reference, &mut driven, &layout, CLOCKS);
+        let (mut block, mut all, mut results) = (Block::default(), Block::default(), Vec::new());
+        while maker.make(&mut block) {
+            append(&mut all, &block);
+            results.extend(maker.take_finished());
+        }
+
+        let mut run = WrittenRun::new(adversary, CLOCKS);
+        let (mut written, mut written_results) = (Block::default(), Vec::new());
+        while run.make(&mut block) {
+            assert_eq!(block.records.first_clock, written.clocks.end);
+            append(&mut written, &block);
+            written_results.extend(run.take_finished());
+        }
+        assert_eq!(written.clocks, all.clocks, "{name}");
+        assert_eq!(run.clocks_made(), all.clocks.end, "{name}");
+        assert!(written.records.inputs == all.records.inputs, "{name}");
+        assert!(written.records.expected == all.records.expected, "{name}");
+        assert_eq!(written.skips, all.skips, "{name}");
+        assert_eq!(written.exercise, all.exercise, "{name}");
+        assert_eq!(written_results, results, "{name}");
+    }
+}
+
+/// Appends a block to those before it.
+fn append(all: &mut Block, block: &Block) {
+    all.clocks.end = block.clocks.end;
+    all.records.inputs.extend_from_slice(&block.records.inputs);
+    all.records.expected.extend_from_slice(&block.records.expected);
+    all.skips.extend_from_slice(&block.skips);
+    all.exercise.clone_from(&block.exercise);
+}
+
 /// The results of all steps that an adversary drives.
 fn results(file: &str, seed: u64) -> Vec<StepResult> {
     let scene = scene::load(Path::new(file)).unwrap_or_else(|error| panic!("{error}"));

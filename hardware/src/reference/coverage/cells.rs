@@ -130,6 +130,11 @@ impl CellsSeen {
     }
 }
 
-fn bits(word: u128) -> impl Iterator<Item = u32> {
-    (0..u128::BITS).filter(move |bit| word >> bit & 1 == 1)
+/// The places of a word's ones, most often of none.
+fn bits(mut word: u128) -> impl Iterator<Item = u32> {
+    std::iter::from_fn(move || {
+        let lowest = (word != 0).then(|| word.trailing_zeros())?;
+        word &= word - 1;
+        Some(lowest)
+    })
 }
