@@ -1,6 +1,7 @@
 """The examples in the documentation of every class and function."""
 
 import doctest
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -53,12 +54,21 @@ def test_types_are_whole(tmp_path):
         "data = goldtof.sweep(scene, {'path.distance': np.linspace(1, 3, 3)}, to='xarray')\n"
         "units: str = data['bias_m'].attrs['units']\n"
     )
-    examples = [str(path) for path in (ROOT / "python/examples").glob("*.py")]
-    for what in [["-p", "goldtof"], [str(lines), *examples]]:
-        ran = subprocess.run(
-            [sys.executable, "-P", "-m", "mypy", "--strict", "--ignore-missing-imports", *what],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-        )
-        assert ran.returncode == 0, ran.stdout + ran.stderr
+    # Neither the package nor an example names these: what uses them is in other packages' files.
+    rules = tmp_path / "mypy.ini"
+    rules.write_text(
+        "[mypy]\nstrict = True\nignore_missing_imports = True\n"
+        "[mypy-PIL.*,_pytest.*,dask.*,distributed.*,jinja2.*,tornado.*,traitlets.*]\n"
+        "follow_imports = skip\n"
+    )
+    examples = ROOT / "python/examples"
+    modules = ["lines", *(path.stem for path in examples.glob("*.py"))]
+    ran = subprocess.run(
+        [sys.executable, "-P", "-m", "mypy", "--config-file", rules, "-p", "goldtof",
+         *(f"--module={name}" for name in modules)],
+        cwd=tmp_path,
+        env=os.environ | {"MYPYPATH": str(examples)},
+        capture_output=True,
+        text=True,
+    )
+    assert ran.returncode == 0, ran.stdout + ran.stderr

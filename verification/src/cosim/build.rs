@@ -63,6 +63,8 @@ const SAVABLE: &str = "--savable";
 
 /// Parts of Verilator's run-time library that a single-threaded model needs.
 const RUNTIME: &[&str] = &["verilated.cpp", "verilated_save.cpp", "verilated_threads.cpp"];
+/// What a unit includes of it before all else.
+const RUNTIME_HEADER: &str = "#include \"verilated.h\"\n#include \"verilated_save.h\"\n";
 
 /// A built model, ready to be started.
 #[derive(Debug, Clone)]
@@ -116,8 +118,7 @@ pub fn build_with(
     }
     let name = format!("model-{}", hash(&parts));
     let bytes = once(cache, &name, PROGRAM, |folder| {
-        let precompiled = precompiled_header(&tools, cache);
-        let runtime = runtime(&tools, cache)?;
+        let runtime = Runtime::of(&tools, &tools, cache)?;
         verilate(&tools, top, sources, interface, registers, folder)?;
         write(&folder.join(ports::HEADER), &header)?;
         low_half::write_header(folder, top, interface)?;
@@ -125,9 +126,8 @@ pub fn build_with(
         write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("cosim.cpp"), TESTBENCH)?;
         write(&folder.join(undefined::HEADER), undefined::TEXT)?;
-        let header = precompiled.as_deref().unwrap_or(Path::new(undefined::HEADER));
-        link(&tools, folder, &["-include".as_ref(), header.as_os_str()], Some(&runtime))
-            .map_err(|error| rejection(error, sources))
+        let header = ["-include", undefined::HEADER].map(OsStr::new);
+        link(&tools, folder, &header, Some(&runtime)).map_err(|error| rejection(error, sources))
     })?;
     let path = cache.join(name).join(PROGRAM);
     let image = ProgramImage::new(&bytes).map_err(CosimError::memory(&path))?;
@@ -179,7 +179,7 @@ pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, Stri
                         .args(["--top-module", module, "--Mdir", "."])
                         .arg(&file)
                 })?;
-                Some(runtime(&tools, cache)?)
+                Some(Runtime::of(&tools, &tools, cache)?)
             }
             None => None,
         };
@@ -187,7 +187,7 @@ pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, Stri
         write(&folder.join("process.h"), PROCESS)?;
         write(&folder.join("lanes.cpp"), unit.testbench)?;
         let flags: Vec<&OsStr> = unit.flags.iter().map(OsStr::new).collect();
-        link(&tools, folder, &flags, runtime.as_deref())
+        link(&tools, folder, &flags, runtime.as_ref())
     })?;
     let path = cache.join(name).join(PROGRAM);
     let image = ProgramImage::new(&bytes).map_err(CosimError::memory(&path))?;
@@ -220,9 +220,8 @@ pub(crate) struct BoardUnit<'a> {
 /// Builds a board, or finds it built.
 pub(crate) fn build_board(unit: &BoardUnit, cache: &Path) -> Result<Built, CosimError> {
     let plain = Tools::find(cache)?;
-    let mut tools = plain.clone();
     // It runs for millions of clocks: half of their time for half a second of the compiler's.
-    tools.compiler_flags.push("-O3".to_owned());
+    let tools = plain.optimising("-O3");
     let mut parts = vec![tools.versions.as_str(), unit.top, unit.testbench, unit.header.1];
     parts.push(env!("CARGO_PKG_VERSION"));
     parts.extend(VERILATOR_FLAGS);
@@ -250,7 +249,7 @@ pub(crate) fn build_board(unit: &BoardUnit, cache: &Path) -> Result<Built, Cosim
         // Behind the model's own units.
         write(&folder.join("bench.cpp"), unit.testbench)?;
         let flags: Vec<&OsStr> = unit.flags.iter().map(OsStr::new).collect();
-        link(&tools, folder, &flags, Some(&runtime(&plain, cache)?))
+        link(&tools, folder, &flags, Some(&Runtime::of(&plain, &tools, cache)?))
             .map_err(|error| rejection(error, unit.sources))
     })?;
     let path = cache.join(name).join(PROGRAM);
@@ -259,27 +258,37 @@ pub(crate) fn build_board(unit: &BoardUnit, cache: &Path) -> Result<Built, Cosim
     Ok(Built { path, image, is_users, registers: None })
 }
 
-/// Verilator's run-time library as object files: the same for every model, and
-/// most of the compiler's work.
-fn runtime(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
-    once(cache, &runtime_name(tools), RUNTIME_OBJECT, |folder| {
-        let all: String = RUNTIME.iter().map(|name| format!("#include \"{name}\"\n")).collect();
-        write(&folder.join("runtime.cpp"), &all)?;
-        let include = include_flags(tools)?;
-        tools.compiler.run(|command| {
-            command.current_dir(folder).args(&tools.compiler_flags).args(include).args([
-                "-c",
-                "runtime.cpp",
-                "-o",
-                RUNTIME_OBJECT,
-            ])
-        })?;
-        Ok(())
-    })
+/// Verilator's run-time library: the same for every model, and most of the compiler's work.
+struct Runtime {
+    /// As object files.
+    object: Vec<u8>,
+    /// Its headers beside a precompiled one, which saves half of the compiler's work on a model of usual
+    /// size. None before a cache's first model, for which it would cost twice what it saves, and
+    /// where it cannot be made: what is wrong there is told when the model is compiled.
+    header: Option<PathBuf>,
 }
 
-fn runtime_name(tools: &Tools) -> String {
-    entry_name("runtime", tools, RUNTIME)
+impl Runtime {
+    /// What `tools` compile against the library of the `plain` ones, which differ in how they optimise.
+    fn of(plain: &Tools, tools: &Tools, cache: &Path) -> Result<Runtime, CosimError> {
+        let name = entry_name("runtime", plain, RUNTIME);
+        let header = if cache.join(&name).exists() { precompiled(tools, cache) } else { None };
+        let object = once(cache, &name, RUNTIME_OBJECT, |folder| {
+            let all: String = RUNTIME.iter().map(|name| format!("#include \"{name}\"\n")).collect();
+            write(&folder.join("runtime.cpp"), &all)?;
+            let include = include_flags(plain)?;
+            plain.compiler.run(|command| {
+                command.current_dir(folder).args(&plain.compiler_flags).args(include).args([
+                    "-c",
+                    "runtime.cpp",
+                    "-o",
+                    RUNTIME_OBJECT,
+                ])
+            })?;
+            Ok(())
+        })?;
+        Ok(Runtime { object, header })
+    }
 }
 
 /// Name in the cache of what these tools make of some texts.
@@ -290,32 +299,24 @@ fn entry_name(kind: &str, tools: &Tools, texts: &[&str]) -> String {
     format!("{kind}-{}", hash(&parts))
 }
 
-/// The header that each model's unit begins with, beside a precompiled one, which saves two thirds
-/// of the compiler's work on a model of usual size. None before a cache's first model, for which it
-/// would cost twice what it saves, and where it cannot be made: what is wrong there is told when
-/// the model is compiled.
-fn precompiled_header(tools: &Tools, cache: &Path) -> Option<PathBuf> {
-    if !cache.join(runtime_name(tools)).exists() {
-        return None;
-    }
-    let name = entry_name("header", tools, &[undefined::TEXT]);
-    let precompiled = format!("{}.gch", undefined::HEADER);
-    let made = once(cache, &name, &precompiled, |folder| {
-        let header = folder.join(undefined::HEADER);
-        write(&header, undefined::TEXT)?;
+/// The headers of Verilator's run-time library, precompiled.
+fn precompiled(tools: &Tools, cache: &Path) -> Option<PathBuf> {
+    let name = entry_name("header", tools, &[RUNTIME_HEADER]);
+    let made = once(cache, &name, "runtime.h.gch", |folder| {
+        write(&folder.join("runtime.h"), RUNTIME_HEADER)?;
         let include = include_flags(tools)?;
         tools.compiler.run(|command| {
             command
                 .args(&tools.compiler_flags)
                 .args(include)
                 .args(["-pthread", "-x", "c++-header"])
-                .arg(&header)
+                .arg(folder.join("runtime.h"))
                 .arg("-o")
-                .arg(folder.join(&precompiled))
+                .arg(folder.join("runtime.h.gch"))
         })?;
         Ok(())
     });
-    made.ok().map(|_| cache.join(name).join(undefined::HEADER))
+    made.ok().map(|_| cache.join(name).join("runtime.h"))
 }
 
 fn verilate(
@@ -408,7 +409,7 @@ fn link(
     tools: &Tools,
     folder: &Path,
     flags: &[&OsStr],
-    runtime: Option<&[u8]>,
+    runtime: Option<&Runtime>,
 ) -> Result<(), CosimError> {
     let mut units: Vec<String> = fs::read_dir(folder)
         .map_err(CosimError::cache(folder))?
@@ -423,9 +424,12 @@ fn link(
     if let Some(runtime) = runtime {
         // The bytes that were checked, and not what the cache has by now.
         let object = folder.join(RUNTIME_OBJECT);
-        fs::write(&object, runtime).map_err(CosimError::cache(&object))?;
+        fs::write(&object, &runtime.object).map_err(CosimError::cache(&object))?;
         objects.push(RUNTIME_OBJECT);
         include.extend(include_flags(tools)?);
+        // A compiler takes a precompiled header as the first alone.
+        let header = runtime.header.iter().map(|header| header.as_os_str().to_owned());
+        include.extend(header.flat_map(|header| ["-include".into(), header]));
     }
     tools.compiler.run(|command| {
         command

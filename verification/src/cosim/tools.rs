@@ -90,6 +90,13 @@ impl Tools {
         })
     }
 
+    /// The same, optimising with this flag unless the user's flags say otherwise.
+    pub fn optimising(&self, flag: &str) -> Tools {
+        let mut tools = self.clone();
+        tools.compiler_flags.insert(COMPILER_FLAGS.len(), flag.to_owned());
+        tools
+    }
+
     /// Where Verilator keeps its run-time library. It is asked only where something is built:
     /// what is found built has no use for it.
     ///
@@ -312,5 +319,16 @@ mod tests {
         assert!(ours.contains(&"-O2".to_owned()));
         assert_eq!(all[..ours.len()], ours);
         assert_eq!(all[ours.len()..], ["-O1", "-march=native"]);
+        let tool = Tool { name: "", install: "", program: String::new() };
+        let tools = Tools {
+            verilator: tool.clone(),
+            compiler: tool,
+            compiler_flags: all,
+            versions: String::new(),
+        };
+        assert_eq!(
+            tools.optimising("-O3").compiler_flags[ours.len()..],
+            ["-O3", "-O1", "-march=native"]
+        );
     }
 }
