@@ -279,6 +279,7 @@ mod tests {
             steps: 60,
             untold: None,
             told_apart_by: f64::INFINITY,
+            most_correlated: 0.0,
             iterations: 1,
         }
     }
