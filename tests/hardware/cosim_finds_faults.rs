@@ -11,6 +11,7 @@ use std::process::{Command, Output};
 use goldtof::cosim::engine::Engine;
 use goldtof::cosim::source::{SourceFile, Verilog};
 use goldtof::cosim::{CosimOptions, Report, StimulusKind, Verdict, cosimulate};
+use goldtof::reference::adversarial::{Adversarial, LONGEST_DEFAULT};
 use goldtof::rtl::blocks::ScanRegisters;
 use goldtof::sensor::Sensor;
 
@@ -254,13 +255,30 @@ fn chooser(name: &str, sound: &str, numbers: &[usize], selector: &Path) -> Strin
     text + "endmodule\n"
 }
 
-/// Finds the fault that is there, or says that it was not found, in as many clocks of each
-/// stimulus as it takes by itself; gives the clocks of each up to where it was found.
-fn find(scene: &str, rtl: &Path, fault: &Fault, is_timed: bool) -> Result<[u64; 2], String> {
+/// Clocks that each stimulus takes by itself of Verilog that is not as it was emitted. An adversary is all gone through
+/// to know them, which takes longer than most faults.
+fn clocks_of_stimuli(scene: &str) -> [Option<u64>; 2] {
+    let sensor = Sensor::new(&goldtof::scene::load(Path::new(scene)).unwrap());
+    let adversary = Adversarial::new(sensor.interface(), CosimOptions::default().seed);
+    STIMULI.map(|stimulus| match stimulus {
+        StimulusKind::Adversarial => Some(adversary.clone().clocks_of_a_run(LONGEST_DEFAULT)),
+        StimulusKind::Photons => None,
+    })
+}
+
+/// Finds the fault that is there, or says that it was not found, in so many clocks of each
+/// stimulus; gives the clocks of each up to where it was found.
+fn find(
+    scene: &str,
+    rtl: &Path,
+    clocks: [Option<u64>; 2],
+    fault: &Fault,
+    is_timed: bool,
+) -> Result<[u64; 2], String> {
     let (file, from, to) = fault;
     let name = format!("{file}: {from} -> {to}");
-    for (number, stimulus) in STIMULI.into_iter().enumerate() {
-        let report = cosim(scene, rtl, stimulus, None, false);
+    for (number, (stimulus, clocks)) in STIMULI.into_iter().zip(clocks).enumerate() {
+        let report = cosim(scene, rtl, stimulus, clocks, false);
         if report.verdict == Verdict::Match {
             continue;
         }
@@ -304,6 +322,7 @@ fn all_are_found(scene: &str, faults: &[Fault]) {
         let verdict = cosim(scene, &rtl, stimulus, None, true).verdict;
         assert_eq!(verdict, Verdict::Match, "{scene}");
     }
+    let clocks = clocks_of_stimuli(scene);
     let missed_of = |(number, faults): (usize, &[Fault])| -> Vec<String> {
         let all = Selectable::new(work.path(), &format!("{name}-{number}"), &rtl, faults);
         let (mut missed, mut found_after) = (Vec::new(), [0_u64; 2]);
@@ -312,7 +331,7 @@ fn all_are_found(scene: &str, faults: &[Fault]) {
             // That the clock is the first is the same claim of every fault: of each module's
             // first one it is looked at.
             let is_timed = faults[..index].iter().all(|other| other.0 != fault.0);
-            match find(scene, &all.folder, fault, is_timed) {
+            match find(scene, &all.folder, clocks, fault, is_timed) {
                 Ok(after) => found_after = [0, 1].map(|at| found_after[at].max(after[at])),
                 Err(reason) => missed.push(reason),
             }

@@ -405,7 +405,10 @@ fn scripts_parse_and_know_what_their_comments_say() {
 
 #[test]
 fn the_emitted_testbench_runs_by_the_commands_in_its_header() {
-    let folder = workplace();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = root().join("scenes/quick.toml");
+    let emit = format!("goldtof emit {} --out my_rtl --quiet", scene.display());
+    assert!(shell(folder.path(), &emit).status.success());
     let testbench = folder.path().join("my_rtl/sensor_top_tb.v");
     let text = fs::read_to_string(&testbench).expect("it is there");
     let commands = text.lines().filter_map(|line| line.strip_prefix("//   $ "));

@@ -186,7 +186,7 @@ module bench;
         clk, write, write_address, data, read, address, of_blocks);
 
     initial begin
-        for (clock = 0; clock < {words} + 20000; clock = clock + 1) begin
+        for (clock = 0; clock < {words} + 5000; clock = clock + 1) begin
             // Every word once, then any.
             write = clock < {words} || $random(seed) % 2 == 0;
             write_address = clock < {words} ? clock : $unsigned($random(seed)) % {words};
