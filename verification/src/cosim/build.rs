@@ -118,7 +118,7 @@ pub fn build_with(
     }
     let name = format!("model-{}", hash(&parts));
     let bytes = once(cache, &name, PROGRAM, |folder| {
-        let runtime = Runtime::of(&tools, &tools, cache)?;
+        let runtime = Runtime::of(&tools, cache)?;
         verilate(&tools, top, sources, interface, registers, folder)?;
         write(&folder.join(ports::HEADER), &header)?;
         low_half::write_header(folder, top, interface)?;
@@ -179,7 +179,7 @@ pub(super) fn build_lanes(unit: &LanesUnit, cache: &Path) -> Result<(Built, Stri
                         .args(["--top-module", module, "--Mdir", "."])
                         .arg(&file)
                 })?;
-                Some(Runtime::of(&tools, &tools, cache)?)
+                Some(Runtime::of(&tools, cache)?)
             }
             None => None,
         };
@@ -249,8 +249,9 @@ pub(crate) fn build_board(unit: &BoardUnit, cache: &Path) -> Result<Built, Cosim
         // Behind the model's own units.
         write(&folder.join("bench.cpp"), unit.testbench)?;
         let flags: Vec<&OsStr> = unit.flags.iter().map(OsStr::new).collect();
-        link(&tools, folder, &flags, Some(&Runtime::of(&plain, &tools, cache)?))
-            .map_err(|error| rejection(error, unit.sources))
+        // A header is of one level of optimisation, and another for boards costs what it saves in four of them.
+        let runtime = Runtime { object: library(&plain, cache)?, header: None };
+        link(&tools, folder, &flags, Some(&runtime)).map_err(|error| rejection(error, unit.sources))
     })?;
     let path = cache.join(name).join(PROGRAM);
     let image = ProgramImage::new(&bytes).map_err(CosimError::memory(&path))?;
@@ -269,26 +270,32 @@ struct Runtime {
 }
 
 impl Runtime {
-    /// What `tools` compile against the library of the `plain` ones, which differ in how they optimise.
-    fn of(plain: &Tools, tools: &Tools, cache: &Path) -> Result<Runtime, CosimError> {
-        let name = entry_name("runtime", plain, RUNTIME);
-        let header = if cache.join(&name).exists() { precompiled(tools, cache) } else { None };
-        let object = once(cache, &name, RUNTIME_OBJECT, |folder| {
-            let all: String = RUNTIME.iter().map(|name| format!("#include \"{name}\"\n")).collect();
-            write(&folder.join("runtime.cpp"), &all)?;
-            let include = include_flags(plain)?;
-            plain.compiler.run(|command| {
-                command.current_dir(folder).args(&plain.compiler_flags).args(include).args([
-                    "-c",
-                    "runtime.cpp",
-                    "-o",
-                    RUNTIME_OBJECT,
-                ])
-            })?;
-            Ok(())
-        })?;
-        Ok(Runtime { object, header })
+    fn of(tools: &Tools, cache: &Path) -> Result<Runtime, CosimError> {
+        let is_made = cache.join(library_name(tools)).exists();
+        let header = is_made.then(|| precompiled(tools, cache)).flatten();
+        Ok(Runtime { object: library(tools, cache)?, header })
     }
+}
+
+fn library_name(tools: &Tools) -> String {
+    entry_name("runtime", tools, RUNTIME)
+}
+
+fn library(tools: &Tools, cache: &Path) -> Result<Vec<u8>, CosimError> {
+    once(cache, &library_name(tools), RUNTIME_OBJECT, |folder| {
+        let all: String = RUNTIME.iter().map(|name| format!("#include \"{name}\"\n")).collect();
+        write(&folder.join("runtime.cpp"), &all)?;
+        let include = include_flags(tools)?;
+        tools.compiler.run(|command| {
+            command.current_dir(folder).args(&tools.compiler_flags).args(include).args([
+                "-c",
+                "runtime.cpp",
+                "-o",
+                RUNTIME_OBJECT,
+            ])
+        })?;
+        Ok(())
+    })
 }
 
 /// Name in the cache of what these tools make of some texts.
