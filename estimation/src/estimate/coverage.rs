@@ -299,7 +299,7 @@ pub(super) fn of_one_peak(std_chips: f64) -> Approximation {
 /// up to 0.9 as expected.
 pub(super) fn are_moments(most_correlated: f64) -> Approximation {
     Approximation {
-        name: "that moments without the rims of phase steps are moments",
+        name: "that the moments of a phase step hold without its rims",
         measure: "largest correlation of a step's signed and total count:",
         size: most_correlated,
         bound: MOST_CORRELATION,
