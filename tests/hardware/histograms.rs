@@ -187,13 +187,16 @@ module bench;
 
     initial begin
         for (clock = 0; clock < {words} + 5000; clock = clock + 1) begin
-            // Every word once, then any.
+            // Every word once, each read behind its writing, then any.
             write = clock < {words} || $random(seed) % 2 == 0;
             write_address = clock < {words} ? clock : $unsigned($random(seed)) % {words};
             data = {{$random(seed), $random(seed)}};
             read = $random(seed) % 4 != 0;
             address = $unsigned($random(seed)) % {words};
-            if (clock % 3 == 0 && clock > {words}) address = (write_address + 1) % {words};
+            if (clock < {words}) begin
+                read = 1;
+                address = clock == 0 ? {words} - 1 : clock - 1;
+            end else if (clock % 3 == 0) address = (write_address + 1) % {words};
             if (address == write_address) read = 0;
             #1 clk = 1;
             #1 clk = 0;

@@ -121,6 +121,45 @@ fn light_that_slips_past_a_histogram_is_not_constant() {
     assert!(scatter_m > 2.0 * found.expected_std_m.expect("a number"), "{scatter_m} {found:?}");
 }
 
+/// Another sensor's light that blinds the detector on and off, and constant light of the same power, which expectations
+/// take it for: it leaves more to the own light, and where it is bright less scatter than constant light does.
+#[test]
+fn light_of_other_clocks_that_blinds_in_turns_is_not_constant() {
+    let settings = [
+        "source[0].code.degree=11",
+        "source[0].mean_power=36 pW",
+        "source[0].extinction_ratio=inf",
+        "source[1].code.degree=11",
+        "source[1].extinction_ratio=inf",
+        "source[1].clock_offset=148.7 ppm",
+        "detector.afterpulsing.probability=0",
+        "scan.integration=4.04 us",
+        "scan.steps={ around = \"11.6 m\", halfwidth = 40 }",
+    ]
+    .map(|text| text.parse().expect("a setting"));
+    let scene = load_with(Path::new("tests/scenes/near-far.toml"), &settings);
+    let mut scene = scene.expect("it is sound");
+    // Of 1,500 scans a standard deviation has a standard error of 1.8 %.
+    let mut beside = |power_w: f64| {
+        scene.sources[SourceIndex(1)].mean_power_w = power_w;
+        let mut constant = scene.clone();
+        constant.sources[SourceIndex(1)].extinction_ratio = 1.0;
+        let constant = of_first_path(&constant, Tier::Events, 2);
+        let constant_m = constant.expected_std_m.expect("a number");
+        (of_first_path(&scene, Tier::Events, 1_500), constant_m)
+    };
+    let (dim, constant_m) = beside(18e-12);
+    assert_eq!(dim.expectation_holds, Some(true), "{dim:?}");
+    let of_constant = dim.expected_std_m.expect("a number") / constant_m;
+    assert!((of_constant - 1.0).abs() < 1e-6, "{of_constant}");
+    let (bright, constant_m) = beside(60e-12);
+    assert_eq!(bright.expected_std_m, None, "{bright:?}");
+    let remark = bright.remark.as_ref().expect("a remark");
+    assert!(remark.contains("dims the detector"), "{remark}");
+    let scatter_m = bright.std_m.expect("a number");
+    assert!(constant_m > 1.08 * scatter_m, "{constant_m} {scatter_m}");
+}
+
 /// Light at 3.2 m in a scan round 25 m.
 #[test]
 fn nothing_is_expected_of_a_path_that_the_scan_does_not_come_by() {

@@ -264,8 +264,8 @@ impl<'m> PulseStream<'m> {
     }
 }
 
-/// The group that follows one without a gap, with the number of its scan; none after the
-/// last before `last`.
+/// The group that follows one without a gap, with the number of its scan. Up to `last` groups follow one another,
+/// whatever scan they are of.
 fn next_group(
     model: &DetectorModel,
     repetition: u64,

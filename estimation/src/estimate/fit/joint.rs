@@ -38,6 +38,7 @@ pub struct AllLight<'m> {
     pub unit: f64,
     /// Numbers that the counts are.
     pub values: usize,
+    /// As [`Weights`](super::weights::Weights) have it.
     pub most_correlated: f64,
 }
 
