@@ -1,6 +1,8 @@
 //! What `emit` refuses, and what it leaves on disk.
 
+use std::collections::{BTreeMap, HashMap};
 use std::fs;
+use std::os::unix::fs::{MetadataExt as _, symlink};
 use std::sync::Arc;
 
 use crate::hdl_support::{Family, code, scene};
@@ -111,6 +113,63 @@ fn a_second_emission_removes_the_files_that_only_the_first_had() {
     expected.extend(["formal", "manifest.json", "mine.v"].map(str::to_owned));
     expected.sort();
     assert_eq!(found, expected);
+}
+
+/// `make` and an FPGA's tools do again what depends on a file that is newer.
+#[test]
+fn an_emission_leaves_files_that_stand_there_as_they_are_to_be() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    // A file that is written anew is another one.
+    let files = || -> HashMap<String, (u64, Vec<u8>)> {
+        let folders = [folder.path().to_owned(), at("formal")];
+        let entries = folders.iter().flat_map(|folder| fs::read_dir(folder).expect("it is there"));
+        let paths = entries.map(|entry| entry.expect("readable").path());
+        let files = paths.filter(|path| path.is_file()).map(|path| {
+            let inode = fs::symlink_metadata(&path).expect("it is there").ino();
+            (path.display().to_string(), (inode, fs::read(&path).expect("readable")))
+        });
+        files.collect()
+    };
+    let emit_now = |scene: &Scene| {
+        let emission = emit(&Sensor::new(scene), "goldtof test").expect("the scene is fine");
+        write(&emission, folder.path()).expect("the files can be written");
+    };
+    emit_now(&plain());
+    let first = files();
+    emit_now(&plain());
+    assert_eq!(files(), first);
+
+    // What another scene has in common.
+    let other = scene(&[code(Family::Gold(5), 0, 3)], 0, 8, 0, None, 80, None);
+    emit_now(&other);
+    let second = files();
+    let (same, new): (Vec<_>, Vec<_>) =
+        second.iter().partition(|(name, (_, text))| first.get(*name).is_some_and(|f| f.1 == *text));
+    assert!(same.len() > 10 && new.len() > 4, "{same:?} {new:?}");
+    for (name, (inode, _)) in same {
+        assert_eq!(*inode, first[name].0, "{name}");
+    }
+    assert!(new.iter().any(|(name, _)| name.ends_with("manifest.json")));
+
+    // What somebody has changed since, in its text, in its length, or to a link to a file that holds the same.
+    let top = at("sensor_top.v");
+    let text = fs::read_to_string(&top).expect("readable");
+    fs::write(&top, text.replacen("module", "MODULE", 1)).expect("written");
+    fs::write(at("sensor_top.f"), "").expect("written");
+    let constraints = at("sensor_top.sdc");
+    fs::rename(&constraints, at("elsewhere.sdc")).expect("renamed");
+    symlink("elsewhere.sdc", &constraints).expect("linked");
+    fs::remove_file(at("formal").join("sensor_top.sby")).expect("removed");
+    emit_now(&other);
+    fs::remove_file(at("elsewhere.sdc")).expect("removed");
+    let third = files();
+    let texts = |files: &HashMap<String, (u64, Vec<u8>)>| -> BTreeMap<String, Vec<u8>> {
+        files.iter().map(|(name, (_, text))| (name.clone(), text.clone())).collect()
+    };
+    assert_eq!(texts(&third), texts(&second));
+    let renewed = third.iter().filter(|(name, file)| second[*name].0 != file.0).count();
+    assert_eq!(renewed, 5, "four files and the manifest");
 }
 
 #[test]

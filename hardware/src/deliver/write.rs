@@ -53,7 +53,8 @@ const MOST_MANIFEST_BYTES: u64 = 16 << 20;
 /// All files are complete under hidden names before the first gets its name, so
 /// a full disk leaves an older design as it was. The older manifest goes before
 /// that and the new one comes last: a folder with a manifest has all that it
-/// names. Files that an older manifest names and this one does not are removed.
+/// names. Files that an older manifest names and this one does not are removed;
+/// files that stand there as they are to be keep their times.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -66,36 +67,31 @@ pub fn write(emission: &Emission, folder: &Path) -> Result<(), HdlError> {
 /// # Errors
 /// When a file cannot be written.
 pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlError> {
-    let stage_text =
-        |name: &str, text: &str| folder.stage(name, |out| out.write_all(text.as_bytes()));
     let mut manifest =
         serde_json::to_string_pretty(&emission.document()).map_err(HdlError::Manifest)?;
     manifest.push('\n');
-    let staged = emission
-        .files
-        .iter()
-        .chain(emission.flow.files())
-        .map(|file| stage_text(&file.name, &file.text))
-        .collect::<Result<Vec<Staged>, FileError>>()?;
-    let manifest = stage_text(MANIFEST, &manifest)?;
+    let own: Vec<&EmittedFile> = emission.files.iter().chain(emission.flow.files()).collect();
+    let staged = stage_changed(folder, &own)?;
     let older = older_manifest(folder);
-    let own = emission.files.iter().chain(emission.flow.files());
-    let own_stale = stale(&older, FILES, own, folder.path());
+    let own_stale = stale(&older, FILES, &own, folder.path());
     let mut beside = Vec::new();
     for part in Part::all(emission) {
-        let part_stale =
-            stale(&older, part.places, part.files.iter().copied(), &folder.join(part.folder));
+        let part_stale = stale(&older, part.places, &part.files, &folder.join(part.folder));
         if part.files.is_empty() && part_stale.is_empty() {
             continue;
         }
         let subfolder = folder.subfolder(part.folder, |_| ())?;
-        let staged = part
-            .files
-            .iter()
-            .map(|file| subfolder.stage(&file.name, |out| out.write_all(file.text.as_bytes())))
-            .collect::<Result<Vec<Staged>, FileError>>()?;
+        let staged = stage_changed(&subfolder, &part.files)?;
         beside.push((subfolder, staged, part_stale));
     }
+    let stays = |staged: &[Staged], stale: &[String]| staged.is_empty() && stale.is_empty();
+    let all_stay = stays(&staged, &own_stale)
+        && beside.iter().all(|(_, staged, part_stale)| stays(staged, part_stale));
+    let manifest = match folder.stage_changed(MANIFEST, &manifest)? {
+        None if all_stay => return Ok(()),
+        Some(manifest) => manifest,
+        None => folder.stage(MANIFEST, |out| out.write_all(manifest.as_bytes()))?,
+    };
     let staged_beside = beside.iter().flat_map(|(_, staged, _)| staged);
     sync_all(staged.iter().chain(staged_beside).chain([&manifest]))?;
 
@@ -113,6 +109,12 @@ pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlE
         }
     }
     Ok(folder.name(vec![manifest])?)
+}
+
+/// Those of some files that do not stand in a folder already, under hidden names.
+fn stage_changed(folder: &OutputFolder, files: &[&EmittedFile]) -> Result<Vec<Staged>, FileError> {
+    let stage = |file: &&EmittedFile| folder.stage_changed(&file.name, &file.text).transpose();
+    files.iter().filter_map(stage).collect()
 }
 
 /// What an emission has in a folder beside the design.
@@ -149,13 +151,8 @@ fn older_manifest(folder: &OutputFolder) -> Value {
 
 /// The files that a manifest names in its `places`, that are there, and that are none of
 /// the new ones.
-fn stale<'f>(
-    manifest: &Value,
-    places: &[&str],
-    own: impl Iterator<Item = &'f EmittedFile>,
-    folder: &Path,
-) -> Vec<String> {
-    let own: HashSet<&str> = own.map(|file| file.name.as_str()).collect();
+fn stale(manifest: &Value, places: &[&str], own: &[&EmittedFile], folder: &Path) -> Vec<String> {
+    let own: HashSet<&str> = own.iter().map(|file| file.name.as_str()).collect();
     let named = places.iter().filter_map(|place| manifest.pointer(place));
     let names = named.flat_map(|named| match named {
         Value::Array(names) => names.iter().filter_map(Value::as_str).collect(),

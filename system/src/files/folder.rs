@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::FileError;
 use super::durable::{make_folders, sync_folder};
 use super::guarded::kind_of;
+use super::read::read_bytes;
 use super::staged::{Staged, stage_as, sync_all};
 use super::target::NameOrigin;
 
@@ -90,6 +91,18 @@ impl OutputFolder {
         stage_as(NameOrigin::Ours, &self.join(name), fill)
     }
 
+    /// [`OutputFolder::stage`] of a text, but for a file that holds it already: that one stays, with
+    /// the time of its last change, from which `make` and the like know what to do anew.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn stage_changed(&self, name: &str, text: &str) -> Result<Option<Staged>, FileError> {
+        match holds(&self.join(name), text.as_bytes()) {
+            true => Ok(None),
+            false => self.stage(name, |out| out.write_all(text.as_bytes())).map(Some),
+        }
+    }
+
     /// Writes one of its files, whole or not at all.
     ///
     /// # Errors
@@ -164,6 +177,13 @@ impl OutputFolder {
             _ => Ok(()),
         }
     }
+}
+
+/// Whether a file, and not a link to one, holds just these bytes.
+fn holds(path: &Path, bytes: &[u8]) -> bool {
+    let length = bytes.len() as u64;
+    fs::symlink_metadata(path).is_ok_and(|found| found.is_file() && found.len() == length)
+        && read_bytes(path, length).is_ok_and(|held| held == bytes)
 }
 
 #[cfg(test)]

@@ -109,11 +109,13 @@ impl Runs {
 
 /// The lowest `digits` hexadecimal digits of a number, the first word lowest.
 fn put_hexadecimal(text: &mut Vec<u8>, words: &[u64], digits: u32) {
-    text.extend((0..digits).rev().map(|digit| {
-        let word = words.get(digit as usize / 16).copied().unwrap_or(0);
-        let nibble = word >> (4 * (digit % 16)) & 15;
-        b"0123456789abcdef"[nibble as usize]
-    }));
+    let start = text.len();
+    text.resize(start + digits as usize, b'0');
+    for (digits, &word) in text[start..].rchunks_mut(16).zip(words) {
+        for (shift, digit) in (0..).step_by(4).zip(digits.iter_mut().rev()) {
+            *digit = b"0123456789abcdef"[(word >> shift & 15) as usize];
+        }
+    }
 }
 
 #[cfg(test)]
