@@ -1,5 +1,6 @@
 //! What the expected histogram, its covariances, the corrected phase and a fit to its bins cost.
 
+use goldtof::estimate::CountingTier;
 use goldtof::estimate::fit::BinFitter;
 use goldtof::estimate::histogram::PhaseOfHistogram;
 use goldtof::histogram::Histogram;
@@ -39,7 +40,7 @@ pub fn histogram(scene: &Scene) -> Outcome {
         })?;
         let mut made: Vec<Histogram> = Vec::new();
         histograms(&sensor, FIRST, Tier::Sampled, 3, 40, |histogram| made.push(histogram))?;
-        let phase = PhaseOfHistogram::new(&sensor, FIRST);
+        let phase = PhaseOfHistogram::new(&sensor, FIRST, CountingTier::Sampled);
         let mut next = made.iter().cycle();
         let corrected = milliseconds(40, || {
             next.next().map(|histogram| phase.estimate(histogram)).transpose()?;

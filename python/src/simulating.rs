@@ -56,7 +56,7 @@ type Column = (&'static str, Vec<f64>);
 /// What every step is expected to count.
 fn columns_of_steps(sensor: &Sensor, detector: DetectorIndex, tier: Tier) -> PyResult<Vec<Column>> {
     let model = DetectorModel::new(sensor, detector);
-    let response = MeanResponse::of_tier(&model, tier.counting()).map_err(failed)?;
+    let response = MeanResponse::of_tier(&model, tier.counting(sensor)).map_err(failed)?;
     let moments = SecondMoments::new(&response).map_err(failed)?.of_scan();
     let column = |of: fn(&CountMoments) -> f64| moments.iter().map(of).collect();
     Ok(vec![

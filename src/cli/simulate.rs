@@ -65,7 +65,7 @@ impl Command for SimulateArguments {
             return order.fulfil(Job::Simulate(SimulateJob { scene, options, check }), output);
         }
         if let Some(path) = &self.expected {
-            let expected = expected_csv(&sensor, options.fidelity.counting())?;
+            let expected = expected_csv(&sensor, options.fidelity.counting(&sensor))?;
             files::write(path, &expected)?;
         }
         let simulation = simulate(&sensor, options, |_| ())?;

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::scans::{PixelScans, of_pixel};
 use super::table::{ExpectedPixel, expected};
-use super::{ImageError, ImageOptions, Lens, PIXEL, ScanMaps, Seen, TheoryMaps, counting};
+use super::{ImageError, ImageOptions, Lens, PIXEL, ScanMaps, Seen, TheoryMaps};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 
@@ -146,7 +146,7 @@ pub(super) fn pixels(
         let spad = &scene.detectors[PIXEL];
         let tier = options.photons();
         let sensor = seen.sensor(of_all, pixel);
-        let counting = counting(of_all, options.fidelity);
+        let counting = options.fidelity.counting(of_all);
         let exact = (light.paths.len() == 1).then(|| expected(&sensor, counting).ok()).flatten();
         let scans = match seen.own_primary_hz[pixel] > 0.0 {
             true => of_pixel(of_all, seen, pixel, tier, (options.seed, 1))?,

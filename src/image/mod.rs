@@ -34,9 +34,8 @@ pub use scans::{PixelRow, PixelScans, ScanMaps};
 pub use summary::{ImageReport, MapScale, MapSummary, NamedMap};
 pub use table::{ExpectedPixel, TableInterpolation, TheoryMaps};
 
-use crate::estimate::CountingTier;
 use crate::progress::Progress;
-use crate::scene::{Architecture, DetectorIndex, Lens, TotalsMissing};
+use crate::scene::{DetectorIndex, Lens, TotalsMissing};
 use crate::sensor::Sensor;
 use crate::simulate::Tier;
 use crate::simulate::scans::ScansError;
@@ -200,7 +199,7 @@ impl ArrayView {
         let mut remarks = Vec::new();
         let theory = match seen.with_several_paths() {
             0 => {
-                let counting = counting(&sensor, options.fidelity);
+                let counting = options.fidelity.counting(&sensor);
                 Some(TheoryMaps::of(&sensor, &seen, counting, options.seed))
             }
             pixels => {
@@ -228,13 +227,5 @@ impl ArrayView {
             measured,
             remarks,
         })
-    }
-}
-
-/// How a tier's counts come about: each counts histograms as the hardware does.
-fn counting(sensor: &Sensor, tier: Tier) -> CountingTier {
-    match sensor.scene().hardware.architecture {
-        Architecture::UpDown => tier.counting(),
-        Architecture::Histogram => CountingTier::Sampled,
     }
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::pixels::seed_of;
-use super::{ImageOptions, Map, PIXEL, Seen, counting};
+use super::{ImageOptions, Map, PIXEL, Seen};
 use crate::estimate::distance_m;
 use crate::estimate::estimator::EstimatorInput;
 use crate::progress::Progress;
@@ -73,7 +73,7 @@ pub(super) fn of_pixel(
     (seed, scans): (u64, u32),
 ) -> Result<PixelScans, ScansError> {
     let sensor = seen.sensor(of_all, pixel);
-    let ranging = Ranging::new(&sensor, PIXEL, counting(&sensor, tier));
+    let ranging = Ranging::new(&sensor, PIXEL, tier.counting(&sensor));
     let prepared = PreparedTier::new(&sensor, tier, Default::default())?;
     let front = front(&sensor, &ranging);
     let tolerance_m = ranging.tolerance_m();

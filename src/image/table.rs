@@ -436,7 +436,7 @@ pub(super) fn expected(sensor: &Sensor, counting: CountingTier) -> Result<Expect
     }
     let tier = match counting {
         CountingTier::Sampled => Tier::Sampled,
-        CountingTier::Events => Tier::Events,
+        CountingTier::Events | CountingTier::Binned => Tier::Events,
     };
     let simulation = simulate(sensor, tier.scans(0), |_| ()).map_err(|error| error.to_string())?;
     let path = simulation.estimates.into_iter().next().ok_or("there is no path")?;

@@ -287,7 +287,8 @@ impl View<'_> {
 
     fn small_counts(&self) -> Option<String> {
         // Without a mean response there is no answer to warn about.
-        let response = MeanResponse::of_tier(self.model, Tier::Counts.counting()).ok()?;
+        let response =
+            MeanResponse::of_tier(self.model, Tier::Counts.counting(self.sensor)).ok()?;
         let means = response.mean_counts();
         let (peak, _) = (0..).map(Step).zip(&means).max_by(|(_, a), (_, b)| {
             let [a, b] = [a, b].map(|mean| mean.signed.abs());

@@ -58,6 +58,6 @@ pub(super) fn answer(
 
 fn detection_rate_cps(sensor: &Sensor, detector: DetectorIndex) -> Result<f64, ScansError> {
     let model = DetectorModel::new(sensor, detector);
-    let response = MeanResponse::of_tier(&model, Tier::Expected.counting())?;
+    let response = MeanResponse::of_tier(&model, Tier::Expected.counting(sensor))?;
     Ok(response.detection_rate_hz())
 }

@@ -57,6 +57,7 @@ pub fn seconds(sensor: &Sensor, tier: Tier, repetitions: u64) -> Option<f64> {
 /// What the fits of all scans take, by how long the first few do; none where one fails.
 fn fits_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier, repetitions: u64) -> Option<f64> {
     let model = DetectorModel::new(sensor, detector);
+    let counting = tier.counting(sensor);
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     let mut noisy = |mean: f64, variance: f64| -> f64 {
         let z: f64 = StandardNormal.sample(&mut rng);
@@ -64,13 +65,12 @@ fn fits_s(sensor: &Sensor, detector: DetectorIndex, tier: Tier, repetitions: u64
     };
     let took_s = if sensor.scene().hardware.architecture == Architecture::Histogram {
         let fitter = BinFitter::new(sensor, detector).ok()?;
-        let bins = MeanResponse::new(&model).ok()?.mean_bins();
+        let bins = MeanResponse::of_tier(&model, counting).ok()?.mean_bins();
         trial(|| {
             let counts: Vec<f64> = bins.iter().map(|&bin| noisy(bin, bin).max(0.0)).collect();
             fitter.fit_means(&counts).is_ok()
         })
     } else {
-        let counting = tier.counting();
         let fitter = Fitter::new(sensor, detector, counting, sensor.scene().other_light);
         let means = MeanResponse::of_tier(&model, counting).ok()?.mean_counts();
         trial(|| {

@@ -32,6 +32,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimate::CountingTier;
 use crate::progress::Progress;
+use crate::scene::Architecture;
 use crate::sensor::Sensor;
 use repeat::{Simulated, Simulation};
 use scans::{PreparedTier, ScansError};
@@ -89,8 +90,11 @@ impl Tier {
         [Tier::Expected, Tier::Counts, Tier::Events, Tier::Sampled, Tier::Rtl];
 
     /// How this tier turns detections into counts.
-    pub fn counting(self) -> CountingTier {
+    pub fn counting(self, sensor: &Sensor) -> CountingTier {
         match self {
+            Tier::Events if sensor.scene().hardware.architecture == Architecture::Histogram => {
+                CountingTier::Binned
+            }
             Tier::Events => CountingTier::Events,
             Tier::Expected | Tier::Counts | Tier::Sampled | Tier::Rtl => CountingTier::Sampled,
         }

@@ -378,7 +378,7 @@ impl Rtl {
 fn counts(wanted: &Wanted, on_scan: &mut dyn FnMut(&[StepCount])) -> Result<(), ScansError> {
     effort::check_draws(wanted.sensor, wanted.detector)?;
     let model = wanted.model();
-    let response = MeanResponse::of_tier(&model, Tier::Counts.counting())?;
+    let response = MeanResponse::of_tier(&model, Tier::Counts.counting(wanted.sensor))?;
     let sampler = CountSampler::of(&model, &SecondMoments::new(&response)?)?;
     for scan in wanted.scans.clone() {
         on_scan(&sampler.scan(wanted.seed, scan));

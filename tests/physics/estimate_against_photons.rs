@@ -31,10 +31,12 @@ fn errors_m(scene: &Scene, tier: CountingTier, scans: u64) -> Moments {
             CountingTier::Events => (0..scene.scan.steps)
                 .map(|step| count_step(&model, 71, repetition, Step(step)).signed)
                 .collect(),
-            CountingTier::Sampled => sampled_counts(scene, &model, 71, repetition, &mut [0.0])
-                .into_iter()
-                .map(|count| count as i64)
-                .collect(),
+            CountingTier::Sampled | CountingTier::Binned => {
+                sampled_counts(scene, &model, 71, repetition, &mut [0.0])
+                    .into_iter()
+                    .map(|count| count as i64)
+                    .collect()
+            }
         };
         let found = estimate(&scene.timing(), &counts, offset_ps).expect("a peak");
         assert!(found.is_fine());

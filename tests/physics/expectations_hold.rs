@@ -160,6 +160,36 @@ fn light_of_other_clocks_that_blinds_in_turns_is_not_constant() {
     assert!(constant_m > 1.08 * scatter_m, "{constant_m} {scatter_m}");
 }
 
+/// Pulses shorter than the time between two samples: the hardware misses some, and more where samples are farther
+/// apart; where every detection has its bin, none. Each tier is expected to find what it finds.
+#[test]
+fn each_tier_of_a_histogram_is_expected_to_find_what_it_counts() {
+    let uneven = "detector.sampler={ widths = [1.5, 0.7, 1.2, 0.8, 1.3, 0.6, 1.1, 0.8] }";
+    let even = "detector.sampler={ widths = [1, 1, 1, 1, 1, 1, 1, 1] }";
+    for sampler in [uneven, even] {
+        let settings = [
+            "hardware.architecture=histogram",
+            "source.mean_power=20 pW",
+            "detector.pulse_width=0.5 ns",
+            "scan.integration=2 ms",
+            sampler,
+        ]
+        .map(|text| text.parse().expect("a setting"));
+        let scene = load_with(Path::new("scenes/quick.toml"), &settings).expect("it is sound");
+        let [events, sampled] = [Tier::Events, Tier::Sampled].map(|tier| {
+            let found = of_first_path(&scene, tier, 600);
+            assert_eq!(found.expectation_holds, Some(true), "{tier} {sampler} {found:?}");
+            [found.expected_bias_m, found.expected_std_m]
+                .map(|expected| expected.expect("a number"))
+        });
+        // Half of the light is seen, or nearly so.
+        let scatters = sampled[1] / events[1];
+        assert!((1.25..1.55).contains(&scatters), "{sampler}: {scatters}");
+        let biases_apart = (events[0] - sampled[0]).abs() / (events[1] / 600_f64.sqrt());
+        assert!(biases_apart > 10.0, "{sampler}: {biases_apart}");
+    }
+}
+
 /// Light at 3.2 m in a scan round 25 m.
 #[test]
 fn nothing_is_expected_of_a_path_that_the_scan_does_not_come_by() {

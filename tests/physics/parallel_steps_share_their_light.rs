@@ -205,8 +205,9 @@ fn the_predicted_scatter_knows_that_steps_of_a_group_go_together() {
         [(Tier::Counts, 3_000), (Tier::Events, 1_500), (Tier::Sampled, 1_500)]
     {
         let found = of(tier, repetitions);
-        let expected =
-            predict(&Sensor::new(&scene), DetectorIndex(0), PathIndex(0), tier.counting()).unwrap();
+        let sensor = Sensor::new(&scene);
+        let counting = tier.counting(&sensor);
+        let expected = predict(&sensor, DetectorIndex(0), PathIndex(0), counting).unwrap();
         let (std, error) = (found.std_m.unwrap(), found.std_std_error_m.unwrap());
         assert_within_standard_errors((std - expected.std_m) / error, 4.5, &format!("{tier} std"));
         let z = (found.bias_m.unwrap() - expected.bias_m) / found.bias_std_error_m.unwrap();

@@ -126,7 +126,8 @@ impl<'s> Estimator<'s> {
 
     /// The phase of histograms.
     pub fn phase_of_bins(&self) -> &PhaseOfHistogram<'s> {
-        self.phase_of_bins.get_or_init(|| PhaseOfHistogram::new(self.sensor, self.detector))
+        self.phase_of_bins
+            .get_or_init(|| PhaseOfHistogram::new(self.sensor, self.detector, self.tier))
     }
 
     fn fitter_of_bins(&self) -> Result<&BinFitter<'s>, FitError> {

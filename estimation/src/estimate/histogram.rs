@@ -47,17 +47,21 @@ pub struct PhaseOfHistogram<'s> {
 }
 
 impl<'s> PhaseOfHistogram<'s> {
-    /// The estimator of detector `detector`.
+    /// The estimator of detector `detector`, for bins of tier `tier`.
     ///
     /// # Panics
     /// If the scene has no such detector.
-    pub fn new(sensor: &'s Sensor, detector: DetectorIndex) -> PhaseOfHistogram<'s> {
+    pub fn new(
+        sensor: &'s Sensor,
+        detector: DetectorIndex,
+        tier: CountingTier,
+    ) -> PhaseOfHistogram<'s> {
         let code = sensor.reference(detector);
         PhaseOfHistogram {
             sensor,
             correlator: HistogramCorrelator::new(code, sensor.clock().samples_per_chip),
             dead_time: dead_time(sensor, detector),
-            offset_ps: calibration_offset_ps(sensor, detector, CountingTier::Sampled),
+            offset_ps: calibration_offset_ps(sensor, detector, tier),
         }
     }
 
@@ -233,18 +237,19 @@ pub(super) fn predictions(
     sensor: &Sensor,
     detector: DetectorIndex,
     paths: &[PathIndex],
+    counting: CountingTier,
     steps_alone: bool,
 ) -> Result<Vec<Result<Prediction, PredictionError>>, MeanResponseError> {
     TheoryEffort::of(sensor, detector)?.check(Work::Histogram)?;
-    let mut phase = PhaseOfHistogram::new(sensor, detector);
+    let mut phase = PhaseOfHistogram::new(sensor, detector, counting);
     if steps_alone {
         phase.dead_time = Err(Uncorrected::CountsOfSteps);
     }
     let model = DetectorModel::new(sensor, detector);
-    let response = MeanResponse::new(&model)?;
+    let response = MeanResponse::of_tier(&model, counting)?;
     Ok(match ExpectedHistogram::new(phase, &response) {
         Ok(expected) => {
-            let asked = |&path| Asked { sensor, detector, path, tier: CountingTier::Sampled };
+            let asked = |&path| Asked { sensor, detector, path, tier: counting };
             paths.iter().map(asked).map(|asked| expected.predict(&asked)).collect()
         }
         Err(reason) => vec![Err(reason.into()); paths.len()],
@@ -253,7 +258,7 @@ pub(super) fn predictions(
 
 /// The same of one path.
 pub(super) fn predict(asked: &Asked, steps_alone: bool) -> Result<Prediction, PredictionError> {
-    predictions(asked.sensor, asked.detector, &[asked.path], steps_alone)?.remove(0)
+    predictions(asked.sensor, asked.detector, &[asked.path], asked.tier, steps_alone)?.remove(0)
 }
 
 #[cfg(test)]
@@ -301,7 +306,7 @@ mod tests {
             let scene = load_with(Path::new("../scenes/quick.toml"), &settings).expect("sound");
             let first = (DetectorIndex(0), [PathIndex(0)]);
             let sensor = Sensor::new(&scene);
-            let said = predictions(&sensor, first.0, &first.1, false);
+            let said = predictions(&sensor, first.0, &first.1, CountingTier::Sampled, false);
             let said = said.expect("it can be").remove(0).expect("of the path");
             let model = DetectorModel::new(&sensor, first.0);
             let means = MeanResponse::new(&model).expect("there is one").mean_bins();

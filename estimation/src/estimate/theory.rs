@@ -169,7 +169,7 @@ fn of_each_step(
     counting: CountingTier,
 ) -> Theory {
     if sensor.scene().hardware.architecture == Architecture::Histogram {
-        return of_histograms(sensor, detector, paths)
+        return of_histograms(sensor, detector, paths, counting)
             .unwrap_or_else(|reason| Theory::refused(reason, paths.len()));
     }
     // Each phase step has a response of its own.
@@ -251,15 +251,16 @@ fn of_histograms(
     sensor: &Sensor,
     detector: DetectorIndex,
     paths: &[PathIndex],
+    counting: CountingTier,
 ) -> Result<Theory, MeanResponseError> {
-    let predictions = histogram::predictions(sensor, detector, paths, false)?;
+    let predictions = histogram::predictions(sensor, detector, paths, counting, false)?;
     let predict = |(predicted, &path): (Result<Prediction, PredictionError>, &PathIndex)| {
         let missed = missed(&predicted);
-        let asked = Asked { sensor, detector, path, tier: CountingTier::Sampled };
+        let asked = Asked { sensor, detector, path, tier: counting };
         (covered(&asked, predicted), missed)
     };
     let (predictions, missed) = told(predictions.into_iter().zip(paths).map(predict));
-    let bound = bound(sensor, detector, CountingTier::Sampled);
+    let bound = bound(sensor, detector, counting);
     Ok(Theory { predictions, missed, bound })
 }
 

@@ -62,6 +62,7 @@ pub fn true_delay(sensor: &Sensor, path: PathIndex, tier: CountingTier) -> TrueD
 /// and the reference at sample s is that of the instant s T_s, the *first* of
 /// the T_s that it holds for, which is another T_s / 2. Of pulses shorter than a
 /// sample only those are seen that begin w at most before it: w / 2 late on average.
+/// `Binned`: the same of pulses that are all seen.
 /// Where samples are not equally far apart, their mean lateness takes the place of
 /// T_s / 2: light of one chip comes by each of them once, wherever it begins.
 pub fn calibration_offset_ps(sensor: &Sensor, detector: DetectorIndex, tier: CountingTier) -> f64 {
@@ -71,9 +72,13 @@ pub fn calibration_offset_ps(sensor: &Sensor, detector: DetectorIndex, tier: Cou
         CountingTier::Events => {
             delay_ps - 0.5 * (spad.counter.rising_delay_ps + spad.counter.falling_delay_ps)
         }
-        CountingTier::Sampled => {
+        CountingTier::Sampled | CountingTier::Binned => {
             let sample_ps = sensor.clock().sample_period_ps();
-            let lateness = spad.sampler.mean_lateness(spad.pulse_width_ps / sample_ps);
+            let seen = match tier {
+                CountingTier::Binned => f64::INFINITY,
+                _ => spad.pulse_width_ps / sample_ps,
+            };
+            let lateness = spad.sampler.mean_lateness(seen);
             delay_ps + (0.5 * sample_ps + lateness * sample_ps)
         }
     }

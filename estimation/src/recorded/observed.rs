@@ -75,7 +75,8 @@ impl Observed<'_> {
         match self {
             Observed::Steps(scan) => scan.counts.clone(),
             Observed::Bins(recorded) => {
-                PhaseOfHistogram::new(sensor, recorded.detector).step_counts(&recorded.histogram)
+                PhaseOfHistogram::new(sensor, recorded.detector, CountingTier::Sampled)
+                    .step_counts(&recorded.histogram)
             }
         }
     }

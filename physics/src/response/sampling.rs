@@ -64,7 +64,8 @@ pub struct DetectionSampling {
 }
 
 impl DetectionSampling {
-    /// The sampling of a tier; none for a counter that works in continuous time.
+    /// The sampling of a tier; none for a counter that works in continuous time. Where detections are
+    /// binned, all of them are seen and none merge.
     ///
     /// # Errors
     /// When more pulses may merge than can be left out, and in a way that is not
@@ -74,15 +75,18 @@ impl DetectionSampling {
         light: &Light,
         tier: CountingTier,
     ) -> Result<Option<DetectionSampling>, MeanResponseError> {
-        if tier == CountingTier::Events {
-            return Ok(None);
-        }
         let sample_chips = model.timing.clock.sample_period_chips();
-        let sampling = DetectionSampling {
+        let widest_chips = model.sampler.widest() * sample_chips;
+        let seeing = |seen_chips| DetectionSampling {
             samples_per_chip: f64::from(model.timing.clock.samples_per_chip),
             sampler: model.sampler.clone(),
-            seen_chips: model.pulse_width_chips.min(model.sampler.widest() * sample_chips),
+            seen_chips,
             merging: None,
+        };
+        let sampling = match tier {
+            CountingTier::Events => return Ok(None),
+            CountingTier::Binned => return Ok(Some(seeing(widest_chips))),
+            CountingTier::Sampled => seeing(model.pulse_width_chips.min(widest_chips)),
         };
         let share = merged_share(model, light);
         if share <= NO_SHARE {

@@ -1,4 +1,4 @@
-//! The two ways in which detections become counts.
+//! The ways in which detections become counts.
 
 use crate::photons::DetectorModel;
 
@@ -10,6 +10,9 @@ pub enum CountingTier {
     /// The hardware's: a detection counts at the first sample at or after its
     /// registered time, with the reference of that sample.
     Sampled,
+    /// Detections of a histogram, each in the bin of the first sample at or after its registered
+    /// time: none merges with another, and none falls between two samples.
+    Binned,
 }
 
 /// Where a tier's window and reference edges lie in registered time, in chips,
@@ -43,7 +46,7 @@ impl EdgeTiming {
                     transition: chips(model.counter.transition_ps),
                 }
             }
-            CountingTier::Sampled => {
+            CountingTier::Sampled | CountingTier::Binned => {
                 let early = model.sampler.instant(-1) * model.timing.clock.sample_period_chips();
                 EdgeTiming { window: early, rising: early, falling: early, transition: 0.0 }
             }

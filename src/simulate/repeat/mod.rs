@@ -18,7 +18,7 @@ use crate::cosim::StimulusKind;
 use crate::cosim::exercised::{Exercised, missing};
 use crate::estimate::estimator::EstimatorInput;
 use crate::estimate::evidence::Comparisons;
-use crate::estimate::{CountingTier, TheoryEffort, Work, theory};
+use crate::estimate::{TheoryEffort, Work, theory};
 use crate::histogram::Histogram;
 use crate::photons::StepCount;
 use crate::progress::Progress;
@@ -115,11 +115,7 @@ impl<'a> Simulated<'a> {
                 TheoryEffort::of(sensor, detector)?.check(Work::Predictions(1))?;
             }
         }
-        let counting = match sensor.scene().hardware.architecture {
-            Architecture::UpDown => tier.counting(),
-            // Each tier counts as the hardware does.
-            Architecture::Histogram => CountingTier::Sampled,
-        };
+        let counting = tier.counting(sensor);
         let ranging = |detector| Ranging::new(sensor, detector, counting);
         let family = Comparisons::of_paths(sensor.scene().paths.len());
         Ok(Simulated { sensor, options, rangings: detectors().map(ranging).collect(), family })

@@ -157,7 +157,7 @@ impl<'s> Tracking<'s> {
         if scene.paths[path].movement.is_some_and(|movement| movement.fluctuation.is_some()) {
             return Err(TrackError::Fluctuates);
         }
-        let peak = MeanPeak::new(&sensor.still_at(0.0), DETECTOR, path, tier.counting())?;
+        let peak = MeanPeak::new(&sensor.still_at(0.0), DETECTOR, path, tier.counting(sensor))?;
         let (engine, seed) = (options.engine, options.seed);
         let tracking = Tracking { sensor, plan, path, tier, engine, seed, peak };
         tracking.check_scan()?;
@@ -200,7 +200,7 @@ impl<'s> Tracking<'s> {
     }
 
     fn counting(&self) -> CountingTier {
-        self.tier.counting()
+        self.tier.counting(self.sensor)
     }
 
     fn metres(&self, steps: f64) -> f64 {

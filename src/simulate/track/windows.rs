@@ -63,7 +63,9 @@ impl<'m> Windows<'m> {
                 }
                 counts.iter().map(|count| count.signed).collect()
             }
-            CountingTier::Sampled => self.counts(self.sampled(parts, Sample(0)), first, steps),
+            CountingTier::Sampled | CountingTier::Binned => {
+                self.counts(self.sampled(parts, Sample(0)), first, steps)
+            }
         }
     }
 

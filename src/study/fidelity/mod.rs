@@ -312,7 +312,7 @@ pub fn compare(scene: &Scene, options: &FidelityOptions) -> Result<FidelityRepor
         target_error = resolved.min(MOST_ERROR);
     }
     let is_resolved = resolved.is_none_or(|resolved| resolved <= target_error);
-    let counting = Tier::Expected.counting();
+    let counting = Tier::Expected.counting(&windowed);
     let predicted = [(path, predict(&windowed, DetectorIndex(0), path, counting))];
     let mut tiers = Vec::new();
     let mut domains = Vec::new();

@@ -59,7 +59,7 @@ pub fn start(
     let ones = share_of_ones(code);
     let sample_ps = sensor.clock().sample_period_ps();
     let seen = match tier {
-        CountingTier::Events => 1.0,
+        CountingTier::Events | CountingTier::Binned => 1.0,
         CountingTier::Sampled => (spad.pulse_width_ps / sample_ps).min(1.0),
     };
     let detected = total / sensor.timing().scan.integration_chips as f64 / seen;

@@ -59,8 +59,8 @@ impl Fits {
         scans(&sensor, detector, tier, seed, repetitions, |counts| {
             counted.push(counts.to_vec());
         })?;
-        let ranging = Ranging::new(&sensor, detector, tier.counting());
-        let bound = bound(&sensor, detector, tier.counting()).ok();
+        let ranging = Ranging::new(&sensor, detector, tier.counting(&sensor));
+        let bound = bound(&sensor, detector, tier.counting(&sensor)).ok();
         let paths = ranging.paths.iter().map(|&path| PathFits {
             errors_m: Vec::new(),
             bound_m: bound.as_ref().and_then(|bound| bound.of_path(path)),
@@ -288,7 +288,7 @@ mod tests {
     fn said(found: &[(usize, f64)]) -> (Vec<f64>, bool) {
         let scene = scene();
         let sensor = Sensor::new(&scene);
-        let ranging = Ranging::new(&sensor, DetectorIndex(0), Tier::Events.counting());
+        let ranging = Ranging::new(&sensor, DetectorIndex(0), Tier::Events.counting(&sensor));
         let paths = (0..3).map(|_| PathFits::default()).collect();
         let mut fits = Fits { scans: 1, told: 0, wrong: 0, alarms: 0, paths };
         fits.add(&ranging, &fitted(&scene, found));
