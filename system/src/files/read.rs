@@ -43,7 +43,8 @@ pub fn read_regular(path: &Path, most_bytes: u64) -> io::Result<String> {
 }
 
 fn bytes_of(file: File, most_bytes: u64) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
+    let length = file.metadata()?.len().min(most_bytes);
+    let mut bytes = Vec::with_capacity(length as usize + 1);
     file.take(most_bytes + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most_bytes {
         let mebibytes = most_bytes >> 20;
