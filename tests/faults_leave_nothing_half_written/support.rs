@@ -92,6 +92,15 @@ pub fn emitted(scene: &str) -> BTreeMap<PathBuf, Vec<u8>> {
     files_below(folder.path())
 }
 
+/// Writes the scene [`QUICK`] with another integration time: a design of which some files are the same.
+pub fn integrating_for(time: &str, scene: &Path) {
+    let quick = fs::read_to_string(QUICK).unwrap();
+    let own = "integration = \"";
+    let (before, after) = quick.split_once(own).unwrap();
+    let after = after.split_once('"').unwrap().1;
+    fs::write(scene, format!("{before}{own}{time}\"{after}")).unwrap();
+}
+
 /// A program of these bytes. Another process writes it: a program that we hold open
 /// for writing cannot be started ("text file busy"), and whatever a test beside this
 /// one starts just then holds a copy of our descriptor until it has become a program.

@@ -72,6 +72,7 @@ pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlE
     manifest.push('\n');
     let own: Vec<&EmittedFile> = emission.files.iter().chain(emission.flow.files()).collect();
     let staged = stage_changed(folder, &own)?;
+    let changed_manifest = folder.stage_changed(MANIFEST, &manifest)?;
     let older = older_manifest(folder);
     let own_stale = stale(&older, FILES, &own, folder.path());
     let mut beside = Vec::new();
@@ -87,7 +88,7 @@ pub fn write_into(emission: &Emission, folder: &OutputFolder) -> Result<(), HdlE
     let stays = |staged: &[Staged], stale: &[String]| staged.is_empty() && stale.is_empty();
     let all_stay = stays(&staged, &own_stale)
         && beside.iter().all(|(_, staged, part_stale)| stays(staged, part_stale));
-    let manifest = match folder.stage_changed(MANIFEST, &manifest)? {
+    let manifest = match changed_manifest {
         None if all_stay => return Ok(()),
         Some(manifest) => manifest,
         None => folder.stage(MANIFEST, |out| out.write_all(manifest.as_bytes()))?,
