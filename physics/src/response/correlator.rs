@@ -212,38 +212,44 @@ impl ResponseTables {
             false => (2 * length).next_power_of_two(),
         };
         let [forward, inverse] = goldtof_fft::pair(padded);
-        let scratch = forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len());
-        let mut scratch = vec![Complex64::ZERO; scratch];
-        let mut values = vec![Complex64::ZERO; padded];
-        for (i, value) in values[..length].iter_mut().enumerate() {
-            *value = Complex64::new(self.reference.signs[i], self.reference.falls[i]);
-        }
-        forward.process_with_scratch(&mut values, &mut scratch);
-        let code: Vec<[Complex64; 2]> = (0..padded).map(|f| parts(&values, f)).collect();
+        let [mut scratch, mut inverse_scratch] = [&forward, &inverse]
+            .map(|transform| vec![Complex64::ZERO; transform.get_inplace_scratch_len()]);
+        // Of one row of numbers, or two: one real, one imaginary.
+        let mut spectrum = |rows: &[&[f64]]| {
+            let mut values = vec![Complex64::ZERO; padded];
+            for (row, unit) in rows.iter().zip([Complex64::ONE, Complex64::I]) {
+                // Period by period of the code: a division for each chip takes as long as the transform.
+                for numbers in row.chunks(length) {
+                    values
+                        .iter_mut()
+                        .zip(numbers)
+                        .for_each(|(value, number)| *value += unit * number);
+                }
+            }
+            forward.process_with_scratch(&mut values, &mut scratch);
+            values
+        };
+        // What each code is correlated with, phase by phase.
+        type Table = fn(&Phase) -> &[f64];
+        let Reference { signs, falls, .. } = &self.reference;
+        let tables: [(_, Table); 2] =
+            [(signs, |phase| &phase.hits), (falls, |phase| &phase.falling)];
+        let tables = tables.into_iter().filter(|(_, table)| !table(&self.phases[0]).is_empty());
+        let tables: Vec<(Vec<Complex64>, Table)> =
+            tables.map(|(code, table)| (spectrum(&[&code[..length]]), table)).collect();
 
         let mut counts = vec![0.0; length * self.phases.len()];
         let mut product = vec![Complex64::ZERO; padded];
         for (pair, both) in self.phases.chunks(2).enumerate() {
             // The counts of two phases, one real, one imaginary.
             product.fill(Complex64::ZERO);
-            for (tables, unit) in both.iter().zip([Complex64::ONE, Complex64::I]) {
-                values.fill(Complex64::ZERO);
-                // Period by period of the code: a division for each chip takes as long as the transform.
-                for hits in tables.hits[..self.period_chips].chunks(length) {
-                    values.iter_mut().zip(hits).for_each(|(value, hits)| value.re += hits);
-                }
-                let falling = &tables.falling[..self.period_chips.min(tables.falling.len())];
-                for falling in falling.chunks(length) {
-                    values.iter_mut().zip(falling).for_each(|(value, hits)| value.im += hits);
-                }
-                forward.process_with_scratch(&mut values, &mut scratch);
-                for (f, product) in product.iter_mut().enumerate() {
-                    let [hits, falling] = parts(&values, f);
-                    let [signs, falls] = code[f];
-                    *product += unit * (signs.conj() * hits + falls.conj() * falling);
-                }
+            for (code, table) in &tables {
+                let rows = both.iter().map(|phase| &table(phase)[..self.period_chips]);
+                let values = spectrum(&rows.collect::<Vec<_>>());
+                let products = code.iter().zip(values).map(|(code, value)| code.conj() * value);
+                product.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
             }
-            inverse.process_with_scratch(&mut product, &mut scratch);
+            inverse.process_with_scratch(&mut product, &mut inverse_scratch);
             for delay in 0..length {
                 let mut value = product[delay];
                 if padded > length {
@@ -388,13 +394,6 @@ impl Reference {
 
 fn twice(values: Vec<f64>) -> Vec<f64> {
     values.repeat(2)
-}
-
-/// Spectra at frequency `f` of the real and the imaginary part of a signal.
-fn parts(spectrum: &[Complex64], f: usize) -> [Complex64; 2] {
-    let mirrored = spectrum[if f == 0 { 0 } else { spectrum.len() - f }].conj();
-    let difference = spectrum[f] - mirrored;
-    [0.5 * (spectrum[f] + mirrored), Complex64::new(0.5 * difference.im, -0.5 * difference.re)]
 }
 
 /// Scalar product, with the widest vectors that the processor has: no operation
