@@ -44,6 +44,9 @@ pub struct ResponseTables {
     phases: Vec<Phase>,
     /// Detections before the window's edge at each chip.
     window: Vec<f64>,
+    /// Of light that is even, whose slots all count alike: sums of the reference's signs, and of its falls,
+    /// before each chip.
+    even: Option<Vec<[f64; 2]>>,
     /// Expected signed count of every phase step over a code period, once it was asked for.
     of_all: OnceLock<Vec<f64>>,
 }
@@ -119,8 +122,11 @@ impl ResponseTables {
             let hits = before.windows(2).map(|edge| edge[1] - edge[0]).collect();
             Phase { before, hits: twice(hits), falling: falling.unwrap_or_default() }
         });
+        let reference = Reference::new(&model.reference.chips, period_chips);
+        let is_even = source.light.paths.is_empty() && source.grid.heard_per_chip.is_empty();
         let of_cell = ResponseTables {
-            reference: Reference::new(&model.reference.chips, period_chips),
+            even: is_even.then(|| reference.sums()),
+            reference,
             samples_per_chip,
             period_chips,
             hits_per_period,
@@ -156,6 +162,7 @@ impl ResponseTables {
         });
         ResponseTables {
             reference: self.reference.clone(),
+            even: self.even.clone().filter(|_| other.even.is_some()),
             hits_per_period: (self.hits_per_period - other.hits_per_period) * times,
             phases: phases.collect(),
             window: less(&self.window, &other.window),
@@ -320,6 +327,10 @@ impl ResponseTables {
         let code = code_start..code_start + count;
         let slots = start..start + count;
         let tables = &self.phases[phase];
+        if let Some(sums) = &self.even {
+            let [signs, falls] = [0, 1].map(|of| sums[code.end][of] - sums[code.start][of]);
+            return signs * tables.hits[0] + falls * tables.falling.first().unwrap_or(&0.0);
+        }
         let mut sum = dot(&self.reference.signs[code.clone()], &tables.hits[slots.clone()]);
         if !tables.falling.is_empty() {
             sum += dot(&self.reference.falls[code], &tables.falling[slots]);
@@ -389,6 +400,17 @@ impl Reference {
             })
             .unzip();
         Reference { length, signs, falls }
+    }
+
+    /// Sums of signs and of falls before each chip, and of all.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        let mut sums = vec![[0.0; 2]];
+        let mut sum = [0.0; 2];
+        for (sign, falls) in self.signs.iter().zip(&self.falls) {
+            sum = [sum[0] + sign, sum[1] + falls];
+            sums.push(sum);
+        }
+        sums
     }
 }
 
