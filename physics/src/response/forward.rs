@@ -28,11 +28,16 @@ impl Detections {
     /// From the cubics of all cells.
     pub fn of(grid: &Grid, rates: Vec<[f64; 4]>) -> Detections {
         let mut cumulative = Vec::with_capacity(rates.len() + 1);
-        let mut sum = 0.0;
-        cumulative.push(sum);
-        for (rate, cell) in rates.iter().zip(grid.cells.iter().cycle()) {
-            sum += cell.width * integral_of_cubic(rate);
-            cumulative.push(sum);
+        let mut before_chip = 0.0;
+        cumulative.push(before_chip);
+        // Chip by chip: one sum would wait for each of its additions.
+        for rates in rates.chunks(grid.cells.len()) {
+            let mut sum = 0.0;
+            for (rate, cell) in rates.iter().zip(&grid.cells) {
+                sum += cell.width * integral_of_cubic(rate);
+                cumulative.push(before_chip + sum);
+            }
+            before_chip += sum;
         }
         Detections { rates, cumulative }
     }
@@ -257,7 +262,8 @@ pub fn solve<const M: usize>(
             detector.go_on(grid.memory_chips, None);
         }
     }
-    let mut period = Period { rates: Vec::new(), merged: Vec::new(), states };
+    let rates = Vec::with_capacity(grid.period_chips * grid.cells.len());
+    let mut period = Period { rates, merged: Vec::new(), states };
     detector.go_on(grid.period_chips, Some(&mut period));
     AllAndMerged {
         all: Detections::of(grid, period.rates),
