@@ -123,9 +123,8 @@ impl ResponseTables {
             Phase { before, hits: twice(hits), falling: falling.unwrap_or_default() }
         });
         let reference = Reference::new(&model.reference.chips, period_chips);
-        let is_even = source.light.paths.is_empty() && source.grid.heard_per_chip.is_empty();
         let of_cell = ResponseTables {
-            even: is_even.then(|| reference.sums()),
+            even: source.grid.is_even().then(|| reference.sums()),
             reference,
             samples_per_chip,
             period_chips,
@@ -391,15 +390,15 @@ fn seen(until: &[Vec<f64>], unseen_until: &[Vec<f64>]) -> Vec<Vec<f64>> {
 impl Reference {
     fn new(chips: &[u8], period_chips: usize) -> Reference {
         let length = chips.len();
-        let row = || chips.iter().copied().cycle();
-        let with_before = row().zip(row().skip(length - 1)).take(length + period_chips);
-        let (signs, falls) = with_before
-            .map(|(chip, before)| {
-                let falls = before == 1 && chip == 0;
-                (2.0 * f64::from(chip) - 1.0, f64::from(u8::from(falls)))
-            })
-            .unzip();
-        Reference { length, signs, falls }
+        let sign = |&chip: &u8| 2.0 * f64::from(chip) - 1.0;
+        let before = chips[length - 1..].iter().chain(chips);
+        let falls = |(&chip, &before): (&u8, &u8)| f64::from(u8::from(before == 1 && chip == 0));
+        let row = |of_code: Vec<f64>| of_code.repeat(1 + period_chips / length);
+        Reference {
+            length,
+            signs: row(chips.iter().map(sign).collect()),
+            falls: row(chips.iter().zip(before).map(falls).collect()),
+        }
     }
 
     /// Sums of signs and of falls before each chip, and of all.

@@ -264,7 +264,13 @@ pub fn solve<const M: usize>(
     }
     let rates = Vec::with_capacity(grid.period_chips * grid.cells.len());
     let mut period = Period { rates, merged: Vec::new(), states };
-    detector.go_on(grid.period_chips, Some(&mut period));
+    // Of even light one chip is like the next.
+    if grid.is_even() {
+        detector.go_on(1, Some(&mut period));
+        period.repeat(grid.period_chips);
+    } else {
+        detector.go_on(grid.period_chips, Some(&mut period));
+    }
     AllAndMerged {
         all: Detections::of(grid, period.rates),
         merged: grid.rearming.as_ref().map(|_| Detections::of(grid, period.merged)),
@@ -277,6 +283,17 @@ struct Period<'s, const M: usize> {
     /// Of detections that merge; empty where pulses cannot.
     merged: Vec<[f64; 4]>,
     states: Option<&'s mut ReadyStates<M>>,
+}
+
+impl<const M: usize> Period<'_, M> {
+    /// As many times what is kept.
+    fn repeat(&mut self, times: usize) {
+        self.rates = self.rates.repeat(times);
+        self.merged = self.merged.repeat(times);
+        if let Some(states) = &mut self.states {
+            **states = states.repeat(times);
+        }
+    }
 }
 
 /// A detector that started ready, some chips ago.
