@@ -119,6 +119,9 @@ const LEAST_READY: f64 = 1e-6;
 const LEAST_PERIODS: f64 = 1.0;
 const MOST_UNMEASURED: f64 = 0.1;
 
+/// Bins that are summed before they are added to what was before.
+const SUMMED_AT_ONCE: usize = 16;
+
 /// Code periods after which the pending afterpulses have to repeat, and how nearly.
 const MOST_TURNS: u32 = 1_000;
 const SETTLED: f64 = 1e-12;
@@ -227,9 +230,14 @@ impl BinnedDetector {
         let mut sums = Vec::with_capacity(count + 1);
         let mut sum = 0.0;
         sums.push(sum);
-        for bin in detections {
-            sum += bin;
-            sums.push(sum);
+        // Some at a time: one sum would wait for each of its additions.
+        for bins in detections.chunks(SUMMED_AT_ONCE) {
+            let mut within = 0.0;
+            for bin in bins {
+                within += bin;
+                sums.push(sum + within);
+            }
+            sum += within;
         }
         // A dead time may last any number of code periods.
         let covered = whole.saturating_sub(1);
@@ -346,16 +354,18 @@ impl Releases {
         for turn in 0..MOST_TURNS {
             // The bins from which avalanches come back in this one: in its first part, and
             // in its second.
-            let mut early = (count - (whole + 1) % count) % count;
+            let early = (count - (whole + 1) % count) % count;
+            let mut late = early;
+            let mut early = self.back(early, detections[early], pending[early]);
             for a in 0..count {
-                let late = if early + 1 == count { 0 } else { early + 1 };
-                let back = |b: usize| self.back(b, detections[b], pending[b]);
-                let sum = self.through(a, [back(early), back(late)], &mut now);
+                late = if late + 1 == count { 0 } else { late + 1 };
+                let back = [early, self.back(late, detections[late], pending[late])];
+                let sum = self.through(a, back, &mut now);
                 largest = largest.max(sum.abs());
                 let is_same = turn > 0 && (sum - pending[a]).abs() <= SETTLED * largest;
                 same = if is_same { same + 1 } else { 0 };
                 pending[a] = sum;
-                early = late;
+                early = back[1];
                 if same >= memory {
                     return Ok(pending.iter().map(|p| p * self.rate()).collect());
                 }
@@ -384,12 +394,17 @@ impl Releases {
 
     /// Takes what is pending `now` through bin `bin`, with what comes back in its first
     /// part and in its second; gives its average there.
+    #[inline(always)]
     pub(super) fn through(&self, bin: usize, back: [f64; 2], now: &mut f64) -> f64 {
         let rate = self.hazard[bin] + self.rate();
-        let mut sum = 0.0;
-        for ((&width, seconds), back) in self.widths.iter().zip(&self.seconds).zip(back) {
-            *now = Decay::new(rate, width, seconds[bin]).pass(*now, back, &mut sum);
-        }
+        let decay = |part: usize| Decay::new(rate, self.widths[part], self.seconds[part][bin]);
+        let (first, second) = (decay(0), decay(1));
+        // What comes back by itself: what is pending waits for nothing but a product and a sum.
+        let of_back = [first.once * back[0], second.once * back[1]];
+        let sum = (first.once + second.once * first.stays) * *now
+            + (first.twice * back[0] + second.once * of_back[0])
+            + second.twice * back[1];
+        *now = first.stays * second.stays * *now + (second.stays * of_back[0] + of_back[1]);
         sum
     }
 }
@@ -460,7 +475,6 @@ impl Runner for OfSmall<'_> {
 /// n' = -rate n + inflow over part of a bin.
 #[derive(Debug, Clone, Copy)]
 struct Decay {
-    width: f64,
     stays: f64,
     /// Integral of exp(-rate t) over the width, and that integrated once more.
     once: f64,
@@ -468,18 +482,10 @@ struct Decay {
 }
 
 impl Decay {
+    #[inline(always)]
     fn new(rate: f64, width: f64, second: f64) -> Decay {
         let once = width * (1.0 - rate * width * second);
-        Decay { width, stays: 1.0 - rate * once, once, twice: width * width * second }
-    }
-
-    /// The value at the end, from that at the start; adds the integral over the width.
-    fn pass(&self, start: f64, inflow: f64, integral: &mut f64) -> f64 {
-        if self.width <= 0.0 {
-            return start;
-        }
-        *integral += self.once * start + self.twice * inflow;
-        self.stays * start + self.once * inflow
+        Decay { stays: 1.0 - rate * once, once, twice: width * width * second }
     }
 }
 

@@ -112,8 +112,9 @@ impl HistogramCorrelator {
 
     /// Sums of the S bins from each bin on: slot i of phase b stands at i S + b.
     fn slot_sums<T: Copy + std::iter::Sum<T>>(&self, bins: &[T]) -> Vec<T> {
-        let slot = |a: usize| (a..a + self.samples_per_chip).map(|a| bins[a % bins.len()]).sum();
-        (0..bins.len()).map(slot).collect()
+        let after = bins.iter().cycle().take(self.samples_per_chip - 1);
+        let bins: Vec<T> = bins.iter().chain(after).copied().collect();
+        bins.windows(self.samples_per_chip).map(|slot| slot.iter().copied().sum()).collect()
     }
 
     /// Correlations of slots' sums with the code. Two phases at a time are the real and the

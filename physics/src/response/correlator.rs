@@ -44,6 +44,9 @@ pub struct ResponseTables {
     phases: Vec<Phase>,
     /// Detections before the window's edge at each chip.
     window: Vec<f64>,
+    /// Of light that is even, whose slots all count alike: sums of the reference's signs, and of its falls,
+    /// before each chip.
+    even: Option<Vec<[f64; 2]>>,
     /// Expected signed count of every phase step over a code period, once it was asked for.
     of_all: OnceLock<Vec<f64>>,
 }
@@ -119,8 +122,10 @@ impl ResponseTables {
             let hits = before.windows(2).map(|edge| edge[1] - edge[0]).collect();
             Phase { before, hits: twice(hits), falling: falling.unwrap_or_default() }
         });
+        let reference = Reference::new(&model.reference.chips, period_chips);
         let of_cell = ResponseTables {
-            reference: Reference::new(&model.reference.chips, period_chips),
+            even: source.grid.is_even().then(|| reference.sums()),
+            reference,
             samples_per_chip,
             period_chips,
             hits_per_period,
@@ -156,6 +161,7 @@ impl ResponseTables {
         });
         ResponseTables {
             reference: self.reference.clone(),
+            even: self.even.clone().filter(|_| other.even.is_some()),
             hits_per_period: (self.hits_per_period - other.hits_per_period) * times,
             phases: phases.collect(),
             window: less(&self.window, &other.window),
@@ -212,38 +218,44 @@ impl ResponseTables {
             false => (2 * length).next_power_of_two(),
         };
         let [forward, inverse] = goldtof_fft::pair(padded);
-        let scratch = forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len());
-        let mut scratch = vec![Complex64::ZERO; scratch];
-        let mut values = vec![Complex64::ZERO; padded];
-        for (i, value) in values[..length].iter_mut().enumerate() {
-            *value = Complex64::new(self.reference.signs[i], self.reference.falls[i]);
-        }
-        forward.process_with_scratch(&mut values, &mut scratch);
-        let code: Vec<[Complex64; 2]> = (0..padded).map(|f| parts(&values, f)).collect();
+        let [mut scratch, mut inverse_scratch] = [&forward, &inverse]
+            .map(|transform| vec![Complex64::ZERO; transform.get_inplace_scratch_len()]);
+        // Of one row of numbers, or two: one real, one imaginary.
+        let mut spectrum = |rows: &[&[f64]]| {
+            let mut values = vec![Complex64::ZERO; padded];
+            for (row, unit) in rows.iter().zip([Complex64::ONE, Complex64::I]) {
+                // Period by period of the code: a division for each chip takes as long as the transform.
+                for numbers in row.chunks(length) {
+                    values
+                        .iter_mut()
+                        .zip(numbers)
+                        .for_each(|(value, number)| *value += unit * number);
+                }
+            }
+            forward.process_with_scratch(&mut values, &mut scratch);
+            values
+        };
+        // What each code is correlated with, phase by phase.
+        type Table = fn(&Phase) -> &[f64];
+        let Reference { signs, falls, .. } = &self.reference;
+        let tables: [(_, Table); 2] =
+            [(signs, |phase| &phase.hits), (falls, |phase| &phase.falling)];
+        let tables = tables.into_iter().filter(|(_, table)| !table(&self.phases[0]).is_empty());
+        let tables: Vec<(Vec<Complex64>, Table)> =
+            tables.map(|(code, table)| (spectrum(&[&code[..length]]), table)).collect();
 
         let mut counts = vec![0.0; length * self.phases.len()];
         let mut product = vec![Complex64::ZERO; padded];
         for (pair, both) in self.phases.chunks(2).enumerate() {
             // The counts of two phases, one real, one imaginary.
             product.fill(Complex64::ZERO);
-            for (tables, unit) in both.iter().zip([Complex64::ONE, Complex64::I]) {
-                values.fill(Complex64::ZERO);
-                // Period by period of the code: a division for each chip takes as long as the transform.
-                for hits in tables.hits[..self.period_chips].chunks(length) {
-                    values.iter_mut().zip(hits).for_each(|(value, hits)| value.re += hits);
-                }
-                let falling = &tables.falling[..self.period_chips.min(tables.falling.len())];
-                for falling in falling.chunks(length) {
-                    values.iter_mut().zip(falling).for_each(|(value, hits)| value.im += hits);
-                }
-                forward.process_with_scratch(&mut values, &mut scratch);
-                for (f, product) in product.iter_mut().enumerate() {
-                    let [hits, falling] = parts(&values, f);
-                    let [signs, falls] = code[f];
-                    *product += unit * (signs.conj() * hits + falls.conj() * falling);
-                }
+            for (code, table) in &tables {
+                let rows = both.iter().map(|phase| &table(phase)[..self.period_chips]);
+                let values = spectrum(&rows.collect::<Vec<_>>());
+                let products = code.iter().zip(values).map(|(code, value)| code.conj() * value);
+                product.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
             }
-            inverse.process_with_scratch(&mut product, &mut scratch);
+            inverse.process_with_scratch(&mut product, &mut inverse_scratch);
             for delay in 0..length {
                 let mut value = product[delay];
                 if padded > length {
@@ -314,6 +326,10 @@ impl ResponseTables {
         let code = code_start..code_start + count;
         let slots = start..start + count;
         let tables = &self.phases[phase];
+        if let Some(sums) = &self.even {
+            let [signs, falls] = [0, 1].map(|of| sums[code.end][of] - sums[code.start][of]);
+            return signs * tables.hits[0] + falls * tables.falling.first().unwrap_or(&0.0);
+        }
         let mut sum = dot(&self.reference.signs[code.clone()], &tables.hits[slots.clone()]);
         if !tables.falling.is_empty() {
             sum += dot(&self.reference.falls[code], &tables.falling[slots]);
@@ -374,27 +390,31 @@ fn seen(until: &[Vec<f64>], unseen_until: &[Vec<f64>]) -> Vec<Vec<f64>> {
 impl Reference {
     fn new(chips: &[u8], period_chips: usize) -> Reference {
         let length = chips.len();
-        let row = || chips.iter().copied().cycle();
-        let with_before = row().zip(row().skip(length - 1)).take(length + period_chips);
-        let (signs, falls) = with_before
-            .map(|(chip, before)| {
-                let falls = before == 1 && chip == 0;
-                (2.0 * f64::from(chip) - 1.0, f64::from(u8::from(falls)))
-            })
-            .unzip();
-        Reference { length, signs, falls }
+        let sign = |&chip: &u8| 2.0 * f64::from(chip) - 1.0;
+        let before = chips[length - 1..].iter().chain(chips);
+        let falls = |(&chip, &before): (&u8, &u8)| f64::from(u8::from(before == 1 && chip == 0));
+        let row = |of_code: Vec<f64>| of_code.repeat(1 + period_chips / length);
+        Reference {
+            length,
+            signs: row(chips.iter().map(sign).collect()),
+            falls: row(chips.iter().zip(before).map(falls).collect()),
+        }
+    }
+
+    /// Sums of signs and of falls before each chip, and of all.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        let mut sums = vec![[0.0; 2]];
+        let mut sum = [0.0; 2];
+        for (sign, falls) in self.signs.iter().zip(&self.falls) {
+            sum = [sum[0] + sign, sum[1] + falls];
+            sums.push(sum);
+        }
+        sums
     }
 }
 
 fn twice(values: Vec<f64>) -> Vec<f64> {
     values.repeat(2)
-}
-
-/// Spectra at frequency `f` of the real and the imaginary part of a signal.
-fn parts(spectrum: &[Complex64], f: usize) -> [Complex64; 2] {
-    let mirrored = spectrum[if f == 0 { 0 } else { spectrum.len() - f }].conj();
-    let difference = spectrum[f] - mirrored;
-    [0.5 * (spectrum[f] + mirrored), Complex64::new(0.5 * difference.im, -0.5 * difference.re)]
 }
 
 /// Scalar product, with the widest vectors that the processor has: no operation

@@ -333,4 +333,30 @@ mod tests {
             }
         }
     }
+
+    /// Light that is even is solved for one chip, and its counts need no sums over slots: they are those of light of which a
+    /// billionth follows a code.
+    #[test]
+    fn even_light_counts_as_light_that_hardly_changes() {
+        let part = ["scan.integration=1.3 us".parse().expect("a setting")];
+        let scene = load_with(Path::new("../scenes/quick.toml"), &part).expect("sound");
+        let model = DetectorModel::new(&Sensor::new(&scene), DetectorIndex(0));
+        let mut light = Light::of(&model);
+        let constant = light.brightest_per_chip();
+        light.constant_per_chip = constant;
+        light.paths.iter_mut().for_each(|path| path.rate_per_chip = 1e-9 * constant);
+        let even = Light { paths: Vec::new(), ..light.clone() };
+        for tier in [CountingTier::Sampled, CountingTier::Events] {
+            let [even, nearly] = [&even, &light].map(|light| {
+                let response = MeanResponse::to_light(&model, light.clone(), tier);
+                response.expect("solved").mean_counts()
+            });
+            assert!(even.iter().any(|count| count.signed.abs() > 0.01 * count.total));
+            for (even, nearly) in even.iter().zip(&nearly) {
+                let off =
+                    (even.signed - nearly.signed).abs().max((even.total - nearly.total).abs());
+                assert!(off < 1e-7 * even.total, "{tier:?}: {even:?} {nearly:?}");
+            }
+        }
+    }
 }

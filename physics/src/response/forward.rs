@@ -28,11 +28,16 @@ impl Detections {
     /// From the cubics of all cells.
     pub fn of(grid: &Grid, rates: Vec<[f64; 4]>) -> Detections {
         let mut cumulative = Vec::with_capacity(rates.len() + 1);
-        let mut sum = 0.0;
-        cumulative.push(sum);
-        for (rate, cell) in rates.iter().zip(grid.cells.iter().cycle()) {
-            sum += cell.width * integral_of_cubic(rate);
-            cumulative.push(sum);
+        let mut before_chip = 0.0;
+        cumulative.push(before_chip);
+        // Chip by chip: one sum would wait for each of its additions.
+        for rates in rates.chunks(grid.cells.len()) {
+            let mut sum = 0.0;
+            for (rate, cell) in rates.iter().zip(&grid.cells) {
+                sum += cell.width * integral_of_cubic(rate);
+                cumulative.push(before_chip + sum);
+            }
+            before_chip += sum;
         }
         Detections { rates, cumulative }
     }
@@ -257,8 +262,15 @@ pub fn solve<const M: usize>(
             detector.go_on(grid.memory_chips, None);
         }
     }
-    let mut period = Period { rates: Vec::new(), merged: Vec::new(), states };
-    detector.go_on(grid.period_chips, Some(&mut period));
+    let rates = Vec::with_capacity(grid.period_chips * grid.cells.len());
+    let mut period = Period { rates, merged: Vec::new(), states };
+    // Of even light one chip is like the next.
+    if grid.is_even() {
+        detector.go_on(1, Some(&mut period));
+        period.repeat(grid.period_chips);
+    } else {
+        detector.go_on(grid.period_chips, Some(&mut period));
+    }
     AllAndMerged {
         all: Detections::of(grid, period.rates),
         merged: grid.rearming.as_ref().map(|_| Detections::of(grid, period.merged)),
@@ -271,6 +283,17 @@ struct Period<'s, const M: usize> {
     /// Of detections that merge; empty where pulses cannot.
     merged: Vec<[f64; 4]>,
     states: Option<&'s mut ReadyStates<M>>,
+}
+
+impl<const M: usize> Period<'_, M> {
+    /// As many times what is kept.
+    fn repeat(&mut self, times: usize) {
+        self.rates = self.rates.repeat(times);
+        self.merged = self.merged.repeat(times);
+        if let Some(states) = &mut self.states {
+            **states = states.repeat(times);
+        }
+    }
 }
 
 /// A detector that started ready, some chips ago.

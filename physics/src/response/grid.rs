@@ -268,6 +268,11 @@ impl Grid {
         expected.map_or(self.memory_chips, |chips| chips.min(self.memory_chips))
     }
 
+    /// Whether all chips have the same light.
+    pub fn is_even(&self) -> bool {
+        self.paths.is_empty() && self.heard_per_chip.is_empty()
+    }
+
     /// Primary rate in every cell of a chip, per chip.
     pub fn fill_rates(&self, chip: i64, rates: &mut Vec<f64>) {
         rates.clear();

@@ -160,30 +160,25 @@ impl States for Prolonged {
     }
 }
 
-/// Sums over the cells before each chip, and over all. Several take as long as one, which waits for each of its
-/// additions.
+/// Sums over the cells before each chip, and over all: chip by chip, since one sum would wait for each of its additions.
 pub fn before_chips<const N: usize>(
     grid: &Grid,
-    per_cell: impl Iterator<Item = [f64; N]>,
+    mut per_cell: impl Iterator<Item = [f64; N]>,
 ) -> [Vec<f64>; N] {
     let mut sums = std::array::from_fn(|_| Vec::with_capacity(grid.period_chips + 1));
-    let mut sum = [0.0; N];
-    let mut keep = |sum: &[f64; N]| {
-        sums.iter_mut().zip(sum).for_each(|(sums, &sum)| sums.push(sum));
+    let mut before = [0.0; N];
+    let mut keep = |before: &[f64; N]| {
+        sums.iter_mut().zip(before).for_each(|(sums, &before)| sums.push(before));
     };
-    // Counted, since a division for each cell takes longer than all else.
-    let mut in_chip = 0;
-    for value in per_cell {
-        if in_chip == 0 {
-            keep(&sum);
+    for _ in 0..grid.period_chips {
+        keep(&before);
+        let mut of_chip = [0.0; N];
+        for value in per_cell.by_ref().take(grid.cells.len()) {
+            of_chip.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
         }
-        sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
-        in_chip += 1;
-        if in_chip == grid.cells.len() {
-            in_chip = 0;
-        }
+        before.iter_mut().zip(of_chip).for_each(|(before, of_chip)| *before += of_chip);
     }
-    keep(&sum);
+    keep(&before);
     sums
 }
 

@@ -83,8 +83,8 @@ impl<'f> Counts for BinCounts<'f> {
         Ok(in_stds(differences(self.counts, &here.given.expected), here))
     }
 
-    fn misfit(&self, here: &Bins<'f>) -> Result<f64, FitError> {
-        Ok(deviance(self.counts, &here.given.expected))
+    fn misfit(&self, here: &Bins<'f>, _residuals: &[f64]) -> f64 {
+        deviance(self.counts, &here.given.expected)
     }
 
     fn slopes(&mut self, here: &Bins<'f>, anew: bool) -> Result<Slopes, FitError> {

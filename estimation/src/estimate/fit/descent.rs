@@ -362,16 +362,12 @@ impl<'m> Descent<'_, 'm> {
         for (path, template) in here.parameters.paths.iter().zip(templates) {
             let signed = pattern * path.rate() * axis.periods;
             let totals = total * axis.chips * path.mean_rate();
-            let (delay, strength) = axis
-                .values(template, path.delay_chips)
-                .map(|[value, slope]| {
-                    let delay = MeanCount { signed: -signed * slope, total: 0.0 };
-                    let strength = MeanCount { signed: signed * value, total: totals };
-                    (delay, strength)
-                })
-                .unzip();
-            columns.push(delay);
-            columns.push(strength);
+            let values: Vec<[f64; 2]> = axis.values(template, path.delay_chips).collect();
+            let delay = |[_, slope]: &[f64; 2]| MeanCount { signed: -signed * slope, total: 0.0 };
+            let strength =
+                |[value, _]: &[f64; 2]| MeanCount { signed: signed * value, total: totals };
+            columns.push(values.iter().map(delay).collect());
+            columns.push(values.iter().map(strength).collect());
         }
         let reference = &self.problem.model.reference;
         let surplus = 2.0 * share_of_ones(reference) - 1.0;

@@ -24,12 +24,9 @@ pub trait Counts {
     /// If the covariances do not allow it.
     fn residuals(&self, place: &Self::Point) -> Result<Vec<f64>, Self::Error>;
 
-    /// What a fit minimises: -2 ln(likelihood), less a constant.
-    ///
-    /// # Errors
-    /// As for the deviations.
-    fn misfit(&self, place: &Self::Point) -> Result<f64, Self::Error> {
-        Ok(squares(&self.residuals(place)?))
+    /// What a fit minimises, at a point with some deviations: -2 ln(likelihood), less a constant.
+    fn misfit(&self, _place: &Self::Point, residuals: &[f64]) -> f64 {
+        residuals.iter().map(|residual| residual * residual).sum()
     }
 
     /// Derivatives of the means by every unknown, whitened as the deviations are. They may be those of a
@@ -111,63 +108,73 @@ pub fn settle<C: Counts>(
     settling: Settling,
 ) -> Result<Settled<C::Point>, C::Error> {
     let enough = settling.sigmas * settling.sigmas;
-    let mut here = start;
-    let mut misfit = counts.misfit(&here)?;
+    let mut here = Standing::at(counts, start)?;
     let mut anew = false;
     let mut steps = 0;
     loop {
-        let slopes = counts.slopes(&here, anew)?;
-        let residuals = counts.residuals(&here)?;
-        let normal = counts.normal(&slopes.columns, &residuals);
-        let normal = normal.ok_or_else(|| counts.undetermined(&here))?;
-        let step = counts.step(&here, &normal);
+        let slopes = counts.slopes(&here.place, anew)?;
+        let normal = counts.normal(&slopes.columns, &here.residuals);
+        let normal = normal.ok_or_else(|| counts.undetermined(&here.place))?;
+        let step = counts.step(&here.place, &normal);
         let promised = normal.fall(&step);
         let next = match promised < enough {
             true => None,
-            false => downhill(counts, &here, &step, misfit),
+            false => downhill(counts, &here, &step),
         };
-        let Some((place, lower)) = next else {
+        let Some(lower) = next else {
             if promised >= enough && !slopes.are_best {
                 // No share of the step lowers the misfit, perhaps for derivatives from elsewhere.
                 anew = true;
                 continue;
             }
-            if !counts.weigh(&here, 0.0)? {
+            if !counts.weigh(&here.place, 0.0)? {
                 let step = if promised < enough { step } else { vec![0.0; step.len()] };
-                let place = here;
+                let Standing { place, misfit, .. } = here;
                 return Ok(Settled { place, step, normal, misfit, steps, has_settled: true });
             }
-            misfit = counts.misfit(&here)?;
+            here = Standing::at(counts, here.place)?;
             anew = false;
             continue;
         };
         steps += 1;
-        here = place;
         anew = false;
-        let is_weighed_anew = counts.weigh(&here, promised)?;
-        let has_settled = !is_weighed_anew && misfit - lower < enough;
+        let is_weighed_anew = counts.weigh(&lower.place, promised)?;
+        let has_settled = !is_weighed_anew && here.misfit - lower.misfit < enough;
         if has_settled || steps == settling.most_steps {
-            let (place, step, misfit) = (here, vec![0.0; step.len()], lower);
+            let Standing { place, misfit, .. } = lower;
+            let step = vec![0.0; step.len()];
             return Ok(Settled { place, step, normal, misfit, steps, has_settled });
         }
-        misfit = if is_weighed_anew { counts.misfit(&here)? } else { lower };
+        here = if is_weighed_anew { Standing::at(counts, lower.place)? } else { lower };
     }
 }
 
-/// The point one step further, or a share of it, and the misfit there; `None` if none lowers the
-/// misfit.
+/// A point, and how well it fits.
+struct Standing<P> {
+    place: P,
+    residuals: Vec<f64>,
+    misfit: f64,
+}
+
+impl<P> Standing<P> {
+    fn at<C: Counts<Point = P>>(counts: &C, place: P) -> Result<Standing<P>, C::Error> {
+        let residuals = counts.residuals(&place)?;
+        Ok(Standing { misfit: counts.misfit(&place, &residuals), residuals, place })
+    }
+}
+
+/// The point one step further, or a share of it; `None` if none lowers the misfit.
 fn downhill<C: Counts>(
     counts: &C,
-    here: &C::Point,
+    here: &Standing<C::Point>,
     step: &[f64],
-    misfit: f64,
-) -> Option<(C::Point, f64)> {
+) -> Option<Standing<C::Point>> {
     SHARES.iter().find_map(|&share| {
         let step: Vec<f64> = step.iter().map(|by| share * by).collect();
         // A step of few counts may lead to light that has no response.
-        let place = counts.moved(here, &step).ok()?;
-        let there = counts.misfit(&place).ok()?;
-        (there < misfit).then_some((place, there))
+        let place = counts.moved(&here.place, &step).ok()?;
+        let there = Standing::at(counts, place).ok()?;
+        (there.misfit < here.misfit).then_some(there)
     })
 }
 
@@ -182,10 +189,6 @@ pub fn likeliest_of<F, E>(
         Ok(known) if misfit(&other) < misfit(known) => Ok(other),
         Ok(_) => best,
     })
-}
-
-fn squares(residuals: &[f64]) -> f64 {
-    residuals.iter().map(|residual| residual * residual).sum()
 }
 
 #[cfg(test)]

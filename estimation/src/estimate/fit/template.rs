@@ -52,21 +52,54 @@ impl Template {
 
     /// Value, and slope per chip, where the reference is `lag_chips` behind the code.
     pub fn at(&self, lag_chips: f64) -> [f64; 2] {
-        let length = self.theta.len();
+        let place = self.place(lag_chips);
+        self.beside(place.chip, &place.corner)
+    }
+
+    /// Where a lag is.
+    fn place(&self, lag_chips: f64) -> Place {
         let nearest = lag_chips.round();
-        let beyond = lag_chips - nearest;
-        let place = (nearest as i64).rem_euclid(length as i64) as usize;
-        let here = self.theta[place];
-        let left = here - self.theta[if place == 0 { length - 1 } else { place - 1 }];
-        let right = self.theta[if place + 1 == length { 0 } else { place + 1 }] - here;
-        if beyond.abs() >= ROUND_SIGMAS * self.sigma_chips {
-            let slope = if beyond < 0.0 { left } else { right };
-            return [here + slope * beyond, slope];
+        Place {
+            chip: (nearest as i64).rem_euclid(self.theta.len() as i64) as usize,
+            corner: Corner::new(lag_chips - nearest, self.sigma_chips),
         }
-        let sigmas = beyond / self.sigma_chips;
-        let passed = normal_cdf(sigmas);
-        let ramp = beyond * passed + self.sigma_chips * normal_density(sigmas);
+    }
+
+    /// Value and slope beside the corner at a chip.
+    fn beside(&self, chip: usize, corner: &Corner) -> [f64; 2] {
+        let length = self.theta.len();
+        let here = self.theta[chip];
+        let left = here - self.theta[if chip == 0 { length - 1 } else { chip - 1 }];
+        let right = self.theta[if chip + 1 == length { 0 } else { chip + 1 }] - here;
+        let Corner { beyond, ramp, passed } = corner;
         [here + left * beyond + (right - left) * ramp, left + (right - left) * passed]
+    }
+}
+
+/// A place on a template: the nearest chip, and where beside the corner there.
+struct Place {
+    chip: usize,
+    corner: Corner,
+}
+
+/// A place beside a corner of two straight lines, as round as the jitter makes it.
+struct Corner {
+    /// Chips past the corner.
+    beyond: f64,
+    /// What a line from the corner on, of slope 1, has there, and the slope that it has.
+    ramp: f64,
+    passed: f64,
+}
+
+impl Corner {
+    fn new(beyond: f64, sigma_chips: f64) -> Corner {
+        if beyond.abs() >= ROUND_SIGMAS * sigma_chips {
+            let passed = if beyond < 0.0 { 0.0 } else { 1.0 };
+            return Corner { beyond, ramp: beyond * passed, passed };
+        }
+        let sigmas = beyond / sigma_chips;
+        let passed = normal_cdf(sigmas);
+        Corner { beyond, ramp: beyond * passed + sigma_chips * normal_density(sigmas), passed }
     }
 }
 
@@ -135,14 +168,23 @@ impl DelayAxis {
         self.is_full
     }
 
-    /// Values and slopes of a template for light of some delay, step by step.
+    /// Values and slopes of a template for light of some delay, step by step: those of a phase of a chip
+    /// are beside their corners alike.
     pub fn values<'a>(
         &'a self,
         template: &'a Template,
         delay_chips: f64,
     ) -> impl Iterator<Item = [f64; 2]> + 'a {
         let start = self.offset_chips + delay_chips;
-        self.phase_steps.iter().map(move |&k| template.at(k as f64 / self.samples_per_chip - start))
+        let samples = self.samples_per_chip as u64;
+        let phases =
+            (0..samples).map(|phase| template.place(phase as f64 / self.samples_per_chip - start));
+        let phases: Vec<Place> = phases.collect();
+        self.phase_steps.iter().map(move |&k| {
+            let Place { chip, corner } = &phases[(k % samples) as usize];
+            let chip = (chip + (k / samples) as usize) % template.theta.len();
+            template.beside(chip, corner)
+        })
     }
 
     /// The delay of light that peaks at a place in the order of phase steps.
