@@ -236,6 +236,22 @@ fn the_fit_to_bins_scatters_as_the_bound_says() {
     assert_eq!(path.chi_square_alarm_fraction, Some(0.0));
 }
 
+/// Seven periods of bright light: bins for which the detector seems to have been blind in all of them count by jitter alone.
+/// As if that were next to impossible, fits scattered nearly twice as far.
+#[test]
+fn fits_to_few_periods_of_bright_light_scatter_as_the_bound_says() {
+    let mut scene = scene(70e6, 7);
+    scene.estimator = EstimatorKind::Model;
+    let scans = repeated(150, 600);
+    let said = Sensor::new(&scene).simulate(Tier::Sampled.scans(scans)).expect("it does");
+    let path = &said.estimates[0];
+    assert_eq!(path.estimates, scans, "{:?}", path.remark);
+    let [std, error, bound] =
+        [path.std_m, path.std_std_error_m, path.bound_m].map(|m| m.expect("some"));
+    assert!((std / bound - 1.0).abs() < 4.0 * error / bound + 0.05, "{std} {error} {bound}");
+    assert!(error < 0.12 * bound, "no scan is far off: {std} {error} {bound}");
+}
+
 #[test]
 fn what_histograms_do_not_show_is_said() {
     let of = |change: &dyn Fn(&mut Scene)| {

@@ -9,8 +9,11 @@ use super::correction::{BinnedDetector, CorrectionError, Releases, Shares, quoti
 const LEAST_MEAN: f64 = 1e-6;
 
 /// A bin is expected to count at least this share of its mean, given those before: what they
-/// say is a mean's first order, and may be less than nothing.
-const LEAST_EXPECTED: f64 = 1e-9;
+/// say is a mean's first order, and may be less than nothing. Where the detector seems to have been blind in all code
+/// periods, jitter alone lets it count: were that next to impossible, each such count would decide where a fit ends, by
+/// parameters that hardly matter to all others. Of 7 periods at 29 and 35 Mcps, 14 ns dead, fits scatter 1.7 and 1.9 times as
+/// far as expected with 1e-9, and as expected, within 10 %, with 0.01 to 0.2.
+const LEAST_EXPECTED: f64 = 0.05;
 
 /// Time constants of afterpulses after which they are forgotten.
 const TIME_CONSTANTS: f64 = 6.0;
