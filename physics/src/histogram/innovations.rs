@@ -101,15 +101,16 @@ impl Innovations {
     pub fn given(&self, counts: &[f64], deviations: &[f64]) -> Result<Given, CorrectionError> {
         let blind = self.dead_time.blind(deviations);
         let own = self.own(deviations, &blind)?;
-        let mut given = Given { expected: own, ready: blind };
+        let mut given = Given { expected: own, ready: blind, is_least: vec![false; counts.len()] };
         let numbers = given.expected.iter_mut().zip(&mut given.ready);
         for (bin, (expected, ready)) in numbers.enumerate() {
             let least = LEAST_EXPECTED * self.means[bin];
             *expected = counts[bin] - *expected;
             *ready = (1.0 - *ready / (self.periods * self.ready[bin])).max(0.0);
-            // What is less than nothing does not grow.
+            // The least grows with the mean.
             if *expected < least {
-                (*expected, *ready) = (least, 0.0);
+                (*expected, *ready) = (least, LEAST_EXPECTED);
+                given.is_least[bin] = true;
             }
         }
         Ok(given)
@@ -122,7 +123,11 @@ impl Innovations {
     /// When afterpulses pile up.
     pub fn growth(&self, given: &Given, grown: &[f64]) -> Result<Vec<f64>, CorrectionError> {
         let own = self.own(grown, &self.dead_time.blind(grown))?;
-        Ok(own.into_iter().zip(&given.ready).map(|(own, ready)| own * ready).collect())
+        let of_bins = own.into_iter().zip(grown).zip(given.ready.iter().zip(&given.is_least));
+        let growth = |((own, grown), (ready, is_least)): ((f64, &f64), (&f64, &bool))| {
+            ready * if *is_least { *grown } else { own }
+        };
+        Ok(of_bins.map(growth).collect())
     }
 
     /// The same by the logarithm of the light that is not constant, and by the constant light, of which there is
@@ -202,6 +207,8 @@ pub struct Given {
     pub expected: Vec<f64>,
     /// How often the detector was ready for each bin, by its average.
     ready: Vec<f64>,
+    /// Of which bins that is the least there is, since those before say less.
+    is_least: Vec<bool>,
 }
 
 /// Twice what the logarithm of the likelihood of counts lacks of the largest there is, where they
