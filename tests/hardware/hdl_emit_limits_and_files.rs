@@ -1,6 +1,6 @@
 //! What `emit` refuses, and what it leaves on disk.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::{MetadataExt as _, symlink};
 use std::sync::Arc;
@@ -121,7 +121,7 @@ fn an_emission_leaves_files_that_stand_there_as_they_are_to_be() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = |name: &str| folder.path().join(name);
     // A file that is written anew is another one.
-    let files = || -> HashMap<String, (u64, Vec<u8>)> {
+    let files = || -> BTreeMap<String, (u64, Vec<u8>)> {
         let folders = [folder.path().to_owned(), at("formal")];
         let entries = folders.iter().flat_map(|folder| fs::read_dir(folder).expect("it is there"));
         let paths = entries.map(|entry| entry.expect("readable").path());
@@ -164,7 +164,7 @@ fn an_emission_leaves_files_that_stand_there_as_they_are_to_be() {
     emit_now(&other);
     fs::remove_file(at("elsewhere.sdc")).expect("removed");
     let third = files();
-    let texts = |files: &HashMap<String, (u64, Vec<u8>)>| -> BTreeMap<String, Vec<u8>> {
+    let texts = |files: &BTreeMap<String, (u64, Vec<u8>)>| -> Vec<(String, Vec<u8>)> {
         files.iter().map(|(name, (_, text))| (name.clone(), text.clone())).collect()
     };
     assert_eq!(texts(&third), texts(&second));
